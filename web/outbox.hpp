@@ -21,10 +21,13 @@ struct Outgoing {
 
 /// What waits to be sent to one client, bounded whatever the client does. Control messages go first
 /// and in order. Of data, a newer message takes the place of a waiting one of the same channel and
-/// slot; above kMostBytes the oldest goes.
+/// slot. What is small, as states are, goes before what is large, as parts of maps are; where the
+/// small ones never end, half of the bytes are for the large. Above kMostBytes the oldest goes,
+/// first of the large.
 class Outbox {
  public:
   static constexpr std::size_t kMostBytes = std::size_t{24} << 20;
+  static constexpr std::size_t kLargeBytes = std::size_t{32} << 10;
   static constexpr std::size_t kMostControlBytes = std::size_t{8} << 20;
 
   /// @returns false when so much waits that the client must be let go.
@@ -38,7 +41,7 @@ class Outbox {
   std::optional<Outgoing> take();
   /// Forgets all that waits, and counts it as dropped.
   void clear();
-  bool empty() const { return control_.empty() && data_.empty(); }
+  bool empty() const { return control_.empty() && places_.empty(); }
   /// With the message that is being sent.
   std::size_t bytes() const { return control_bytes_ + data_bytes_ + sent_bytes_; }
   /// Messages for which there was no room. Those that a newer one overtook are not among them.
@@ -50,11 +53,15 @@ class Outbox {
     Key key;
     Outgoing message;
   };
-  void erase(std::list<Waiting>::iterator at);
+  using List = std::list<Waiting>;
+  List& list_of(const Outgoing& message) { return message.bytes() < kLargeBytes ? small_ : large_; }
+  void erase(List::iterator at);
+  Outgoing take_data();
 
   std::deque<Outgoing> control_;
-  std::list<Waiting> data_;
-  std::map<Key, std::list<Waiting>::iterator> places_;
+  List small_, large_;
+  std::map<Key, List::iterator> places_;
+  std::size_t small_sent_bytes_ = 0;  // since the last large one
   std::size_t control_bytes_ = 0, data_bytes_ = 0, sent_bytes_ = 0;
   int64_t dropped_ = 0;
 };

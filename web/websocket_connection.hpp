@@ -1,5 +1,7 @@
 #pragma once
 
+#include <netinet/tcp.h>
+
 #include <array>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
@@ -21,7 +23,8 @@ namespace websocket = beast::websocket;
 inline constexpr std::chrono::seconds kShakeHandsWithin{5}, kSilence{20}, kSendWithin{30};
 inline constexpr std::size_t kLargestFrame = 32 << 10;  // a thousand subscriptions
 inline constexpr double kBytesPerS = 200'000.0;         // of a client, pings among them
-inline constexpr int kSendBuffer = 256 << 10;           // what lies there is old when it arrives
+inline constexpr int kSendBuffer = 256 << 10;
+inline constexpr int kUnsent = 32 << 10;  // of it; what lies there is old when it arrives
 
 /// A client of the hub.
 class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnection> {
@@ -40,6 +43,8 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
     error_code ignored;
     tcp.socket().set_option(Tcp::no_delay(true), ignored);
     tcp.socket().set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
+    tcp.socket().set_option(
+        asio::detail::socket_option::integer<IPPROTO_TCP, TCP_NOTSENT_LOWAT>(kUnsent), ignored);
     // A peer that says nothing is asked with a ping, and given up when it does not answer.
     stream_.set_option(websocket::stream_base::timeout{kShakeHandsWithin, kSilence, true});
     stream_.set_option(

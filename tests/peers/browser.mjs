@@ -21,12 +21,13 @@ export async function launch() {
 }
 
 // A page on which any error of a script is one of the test.
-export async function open(browser, url, { viewport = desktop, scheme = "light" } = {}) {
+export async function open(browser, url, { viewport = desktop, scheme = "light", before = null } = {}) {
   const page = await (await browser.createBrowserContext()).newPage();
   page.faults = [];
   page.on("pageerror", (error) => page.faults.push(error.message));
   await page.setViewport(firefox ? { width: viewport.width, height: viewport.height } : viewport);
   if (!firefox) await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
+  await before?.(page);
   await page.goto(url);
   return page;
 }

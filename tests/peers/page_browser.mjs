@@ -5,6 +5,8 @@ import { existsSync } from "node:fs";
 import { findColor, freeDay, launch, open, press, text, three, toasts, until, wait } from "./browser.mjs";
 import { fileCases } from "./page_file.mjs";
 import { handCases } from "./page_hands.mjs";
+import { keyCases } from "./page_keys.mjs";
+import { lateCases } from "./page_late.mjs";
 import { PageRobot } from "./page_robot.mjs";
 
 const [marcoExport, pageFolder] = process.argv.slice(2);
@@ -143,12 +145,44 @@ const cases = {
       await until("the banner's end", () => page.$eval("#banner", (banner) => banner.hidden));
       await robot.stop();
       await until("what is said", () => page.$eval("#banner", (banner) => !banner.hidden && banner.innerText.includes("Connection lost")), 5);
-      await press(page, "Stop");
-      await until("that stop was not sent", async () => (await toasts(page)).includes("not connected"), 5);
       await robot.start();
       await until("the connection", () => page.$eval("#banner", (banner) => banner.hidden));
       const before = robot.now;
       await until("poses again", async () => robot.now > before && robot.clients.size === 1);
+    });
+  },
+
+  async "Stop without a connection says so, and is the first to be sent when there is one within ten seconds"() {
+    await withRobot({}, async (robot, url) => {
+      const page = await open(browser, url), said = (words) => async () => (await text(page, ".stopped")).includes(words);
+      await until("the banner's end", () => page.$eval("#banner", (banner) => banner.hidden));
+      await robot.stop();
+      await page.click(".stop");
+      await until("that it cannot be reached", said("cannot be reached"), 5);
+      robot.firsts = [];
+      await robot.start();
+      await until("the stop", () => robot.engaged, 5);
+      assert.deepEqual(robot.firsts, ["stop"], "the first on the new connection");
+      await until("whose it is", said("Stopped by the page"), 5);
+      robot.obey("stop", { engaged: false });
+
+      // A network that swallows everything.
+      for (const client of robot.clients) client.isDeaf = true;
+      await page.keyboard.press("Space");
+      await until("that it cannot be reached", said("cannot be reached"), 5);
+      await until("the stop by another connection", () => robot.engaged, 9);
+      assert.equal(robot.firsts.at(-1), "stop");
+      robot.obey("stop", { engaged: false });
+      await until("the release", () => page.$eval(".release", (button) => button.hidden), 5);
+
+      await robot.stop();
+      await page.click(".stop");
+      await until("that it did not reach the robot", said("did NOT reach the robot"), 15);
+      await robot.start();
+      await until("the connection", () => page.$eval("#banner", (banner) => banner.hidden));
+      await wait(1000);
+      assert.ok(!robot.engaged, "a stop of long ago is not sent");
+      assert.ok(await said("did NOT reach the robot")());
     });
   },
 
@@ -180,6 +214,8 @@ const cases = {
   },
 
   ...handCases(browser, withRobot, marcoExport),
+  ...keyCases(browser, withRobot),
+  ...lateCases(browser, withRobot),
   ...fileCases(browser, marcoExport),
 };
 

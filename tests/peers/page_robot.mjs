@@ -1,6 +1,6 @@
 // A robot for the page's tests: the server's side of the contract between page and marco-page, without LCM. It drives in four
 // rooms, sees what its laser sees, obeys and counts what it was told, tells who subscribes what was said last, and can be cut
-// off, held where it is, made read-only or hostile.
+// off, held where it is, muted on a channel, deaf to a client, made read-only or hostile.
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
 import { deflateSync, crc32 } from "node:zlib";
@@ -43,15 +43,26 @@ const crcTable = Uint32Array.from({ length: 256 }, (_, n) => {
 });
 const crc = crc32 ?? ((bytes) => (bytes.reduce((sum, byte) => crcTable[(sum ^ byte) & 255] ^ (sum >>> 8), 0xFFFFFFFF) ^ 0xFFFFFFFF) >>> 0);
 
-const channels = ["SLAM_POSE", "TRAJECTORY", "LOOP_CLOSURES", "BASE_COMMAND", "BASE_STATUS", "PANTILT_STATE", "LINE_MAP", "MESH", "/tf", "page/tiles", "page/scan", "page/health", "page/commands", "page/output", "page/stop"];
-const services = ["slam", "go", "head", "stop", "procman", "record"];
+const channels = ["SLAM_POSE", "TRAJECTORY", "LOOP_CLOSURES", "BASE_COMMAND", "BASE_STATUS", "PANTILT_STATE", "LINE_MAP", "MESH", "/tf", "page/tiles", "page/scan", "page/health", "page/commands", "page/output", "page/stop", "page/goal"];
+const services = ["slam", "go", "head", "stop", "procman", "record", "end_goal", "time"];
 const types = { html: "text/html", css: "text/css", js: "text/javascript" };
+
+// Messages of MESH: a floor of 12 m by 8 m in strips, each of so many triangles.
+export function modelTiles(revision, tiles, triangles) {
+  const columns = triangles / 2, width_m = 8 / tiles, x = (i) => Number((12 * i / columns - 6).toFixed(4));
+  return Array.from({ length: tiles }, (_, tile) => {
+    const y = (row) => Number((width_m * (tile + row) - 4).toFixed(4)), vertices_m = [], indices = [];
+    for (let i = 0; i <= columns; ++i) for (const row of [0, 1]) vertices_m.push([x(i), y(row), Number((0.1 * Math.sin(i / 9)).toFixed(4))]);
+    for (let i = 0; i < columns; ++i) indices.push([2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 1, 2 * i + 2, 2 * i + 3]);
+    return { utime: 1e15, revision, tile, tiles, num_vertices: vertices_m.length, vertices_m, normals: vertices_m.map(() => [0, 0, 1]), num_triangles: triangles, triangles: indices };
+  });
+}
 
 export class PageRobot {
   // page: the folder web/page. three: the file of three.js, or nothing.
   constructor(page, { readOnly = false, hostile = false, three = null, port = 0 } = {}) {
     Object.assign(this, { page, readOnly, hostile, three, port, told: [], velocities: [], tiles: new Map(), changed: new Set(), last: new Map(), clients: new Set(), now: 1e15, path: [], loops: [] });
-    Object.assign(this, { x: -3, y: -2, theta: 0.3, v: 0, w: 0, goal: null, commandId: 0, fate: 0, held: false, engaged: false, recording: false, tilt: 0 });
+    Object.assign(this, { x: -3, y: -2, theta: 0.3, v: 0, w: 0, goal: null, commandId: 0, fate: 0, held: false, engaged: false, recording: false, tilt: 0, firsts: [] });
   }
 
   async start() {
@@ -84,7 +95,13 @@ export class PageRobot {
     const client = { socket, subscriptions: new Map(), topics: new Map() };
     this.clients.add(client);
     socket.on("close", () => this.clients.delete(client));
-    socket.on("message", (data, binary) => (binary ? this.takeBinary(client, data) : this.takeText(client, JSON.parse(data))));
+    socket.on("message", (data, binary) => {
+      if (client.isDeaf) return;
+      if (!client.hasSpoken) this.firsts.push(binary ? services[data.readUInt32LE(1) - 1] : JSON.parse(data).op);
+      client.hasSpoken = true;
+      if (binary) this.takeBinary(client, data);
+      else this.takeText(client, JSON.parse(data));
+    });
     const say = (message) => socket.send(JSON.stringify(message));
     say({ op: "serverInfo", name: "marco-page", capabilities: ["clientPublish", "services"], supportedEncodings: ["json"], sessionId: String(process.pid),
       metadata: { marco: "0", mode: "live", read_only: String(this.readOnly), name: "Test robot" } });
@@ -108,13 +125,14 @@ export class PageRobot {
     if (data[0] === 1) {
       const message = JSON.parse(data.subarray(5));
       if (client.topics.get(data.readUInt32LE(1)) !== "/cmd_vel" || this.engaged || this.readOnly) return;
-      [this.v, this.w, this.goal, this.heardAt] = [message.linear.x, message.angular.z, null, Date.now()];
+      [this.v, this.w, this.heardAt] = [message.linear.x, message.angular.z, Date.now()];
+      if (this.v !== 0 || this.w !== 0) this.endGoal("somebody drives by hand");
       this.velocities.push({ v: this.v, w: this.w, at: this.heardAt });
     }
     if (data[0] !== 2) return;
     const service = services[data.readUInt32LE(1) - 1], call = data.readUInt32LE(5), request = JSON.parse(data.subarray(13 + data.readUInt32LE(9)));
-    this.told.push({ service, ...request });
-    if (this.readOnly && service !== "stop") {
+    if (service !== "time") this.told.push({ service, ...request });
+    if (this.readOnly && !["stop", "time"].includes(service)) {
       return client.socket.send(JSON.stringify({ op: "serviceCallFailure", serviceId: data.readUInt32LE(1), callId: call, message: "read-only" }));
     }
     const answer = Buffer.from(JSON.stringify(this.obey(service, request))), head = Buffer.alloc(17);
@@ -128,16 +146,19 @@ export class PageRobot {
   obey(service, request) {
     if (service === "stop") {
       this.engaged = request.engaged;
-      [this.v, this.w, this.goal] = [0, 0, null];
+      [this.v, this.w] = [0, 0];
+      this.endGoal("stopped");
       this.publish("page/stop", { engaged: this.engaged, by: "the page" });
       return { ok: true, text: "sent" };
     }
     if (service === "go") {
       this.goal = [request.x_m, request.y_m];
       [this.fate, this.commandId] = [1, this.commandId + 1];
-      this.publish("BASE_COMMAND", { utime: this.now, id: this.commandId, kind: 4, x_m: request.x_m, y_m: request.y_m });
+      this.publish("page/goal", { active: true, text: "", x_m: request.x_m, y_m: request.y_m });
       return { ok: true, text: "on the way" };
     }
+    if (service === "time") return { utime: 1000 * Date.now() };
+    if (service === "end_goal") this.endGoal("asked for in the browser");
     if (service === "head") this.tilt = request.tilt_rad;
     if (service === "record") this.recording = request.on;
     if (service === "slam" && request.command === "save") return { ok: true, text: "saved", path: `/home/robot/maps/${request.folder}` };
@@ -152,14 +173,16 @@ export class PageRobot {
   }
 
   publish(topic, message, only = null) {
+    if (this.muted === topic) return;
     if (topic !== "page/tiles") this.last.set(topic, message);
     const payload = Buffer.from(JSON.stringify(message));
     for (const client of only ? [only] : this.clients) {
       const id = client.subscriptions.get(topic);
-      if (id === undefined) continue;
+      if (id === undefined || client.isDeaf) continue;
       const head = Buffer.alloc(13);
       head[0] = 1;
       head.writeUInt32LE(id, 1);
+      head.writeBigUInt64LE(BigInt(Date.now()) * 1000000n, 5);
       client.socket.send(Buffer.concat([head, payload]));
     }
   }
@@ -191,11 +214,17 @@ export class PageRobot {
     if (this.ticks % hz === 0) this.tellHealth();
   }
 
+  endGoal(why) {
+    if (!this.goal) return;
+    [this.v, this.w, this.goal, this.fate] = [0, 0, null, 2];
+    this.publish("page/goal", { active: false, text: why });
+  }
+
   steer() {
     const [dx, dy] = [this.goal[0] - this.x, this.goal[1] - this.y], turn = Math.atan2(dy, dx) - this.theta, error = Math.atan2(Math.sin(turn), Math.cos(turn));
     this.w = Math.min(Math.max(4 * error, -1.5), 1.5);
     this.v = Math.abs(error) < 0.2 ? 0.8 : 0;
-    if (Math.hypot(dx, dy) < 0.1) [this.v, this.w, this.goal, this.fate] = [0, 0, null, 2];
+    if (Math.hypot(dx, dy) < 0.1) this.endGoal("there");
   }
 
   look() {

@@ -1,5 +1,7 @@
 import { el, iconButton, narrow, toast } from "./dom.js";
 import { Drive } from "./drive.js";
+import { listenKeys } from "./keys.js";
+import { kGreyS } from "./late.js";
 import { makeReadout } from "./map_readout.js";
 import { measureTool, pointTool, poseTool } from "./map_tools.js";
 import { MapView } from "./map_view.js";
@@ -12,11 +14,13 @@ import { Robot } from "./robot.js";
 import { Socket } from "./socket.js";
 import { makeSpace } from "./space.js";
 import { makeStatus } from "./status.js";
+import { Stop } from "./stop.js";
 import { applyTheme, nextTheme } from "./theme.js";
 import { Tiles } from "./tiles.js";
 import { World } from "./world.js";
 import { showPicture } from "./pictures.js";
 
+let panel = null, robot = null, drive = null, stop = null;
 const byId = (id) => document.getElementById(id);
 const inlined = byId("snapshot");  // of a page that was exported as one file
 
@@ -66,7 +70,20 @@ function useTool(name, make) {
   }
   buttons.measure.setAttribute("aria-pressed", String(toolName === "measure"));
 }
-addEventListener("keydown", (event) => event.key === "Escape" && toolName !== "" && useTool(toolName));
+
+const putToolAway = () => toolName !== "" && useTool(toolName);
+const letGo = () => {
+  putToolAway();
+  drive?.release();
+};
+listenKeys({
+  canStop: () => stop !== null && world.mode === "live",
+  stop: (isRepeated) => (isRepeated && (stop.waits || world.stop.engaged)) || stop.press(),
+  end() {
+    letGo();
+    robot?.endGoal();
+  },
+});
 
 // The map's tools, for panels.
 const mapTools = {
@@ -91,6 +108,7 @@ async function setView(view) {
   byId("space").hidden = view === "map";
   byId("plan").hidden = view === "3d";
   document.body.dataset.view = view;
+  for (const closed of { map: ["space"], "3d": ["plan"] }[view] ?? []) robot?.late.shown(closed, null);
   buttons.space.setAttribute("aria-pressed", String(view === "3d"));
   buttons.both.setAttribute("aria-pressed", String(view === "both"));
   await space.activate(view !== "map");
@@ -104,6 +122,7 @@ mapView.onView = () => {
   empty.hidden = world.mode === "folder" || tiles.bounds() !== null || world.robot !== null || world.scan !== null;
   buttons.follow.setAttribute("aria-pressed", String(mapView.follow));
   buttons.north.firstChild.style.transform = `rotate(${-mapView.view.angle}rad)`;
+  robot?.late.shown("plan", byId("plan").hidden ? null : world.robot);
 };
 mapView.overlays.push((context, view, colors) => space.drawEye(context, view, colors));
 mapView.onClick = (x, y) => {
@@ -119,8 +138,7 @@ function showButtons() {
 }
 for (const what of ["info", "snapshot"]) world.on(what, showButtons);
 
-let panel = null, robot = null;
-const status = makeStatus(byId("bar"), byId("banner"), byId("halt"), world, () => robot, () => panel.reveal("health"));
+const showMode = makeStatus(byId("bar"), byId("banner"), byId("halt"), world, () => robot?.late, () => panel.reveal("health"));
 
 if (inlined) showFolder(JSON.parse(inlined.textContent), "folder");
 else connect();
@@ -162,6 +180,7 @@ function connect() {
       drive.release();
       world.tell("connection");
     },
+    services: () => stop.waits && stop.send(),
     info(message) {
       const { metadata = {} } = message;
       const isNew = world.session !== message.sessionId;
@@ -171,13 +190,20 @@ function connect() {
       world.name = metadata.name ?? message.name;
       document.title = world.mode === "live" ? "Marco" : `${world.name} - Marco`;
       document.body.dataset.mode = world.mode;
+      if (isNew) world.reset();
       if (isNew && world.mode !== "live") fetchSnapshot();
       world.tell("info");
     },
     status: (level, text) => level > 0 && toast(text, level === 2 ? "error" : "warning"),
   });
   robot = new Robot(socket, world, tiles);
-  const drive = new Drive((v, w) => robot.velocity(v, w), () => panel.selected === "drive" && panel.open && !world.readOnly && world.mode === "live" && !space.walking, { v: 0.3, w: 0.7 });
+  drive = new Drive({
+    send: (v, w) => robot.velocity(v, w),
+    enabled: () => panel.selected === "drive" && panel.open && !world.readOnly && world.mode === "live" && !(space.active && space.walking),
+    refused: () => robot.refusesToDrive(),
+  }, { v: 0.3, w: 0.7 });
+  stop = new Stop(byId("halt"), world, robot, letGo);
+  byId("halt").hidden = false;
   makePanel([
     { key: "drive", label: "Drive", content: makeDrivePanel(world, robot, drive, mapTools) },
     { key: "map", label: "Map", content: makeMapPanel(world, mapView) },
@@ -185,5 +211,18 @@ function connect() {
     { key: "programs", label: "Programs", content: makeProgramsPanel(world, robot) },
   ]);
   space.listen(socket);
-  status.live();
+  showAges(robot.late);
+}
+
+// What is late is seen to be so, also when nothing comes any more.
+function showAges(late) {
+  let wasLate = false;
+  const isLate = () => late.pose_s > kGreyS;
+  mapView.isLate = isLate;
+  space.onMarked = () => late.shown("space", space.active ? world.robot : null);
+  setInterval(() => {
+    showMode();
+    if (isLate() || wasLate) world.tell("pose");
+    wasLate = isLate();
+  }, 250);
 }

@@ -49,6 +49,18 @@ export function toast(text, kind = "info") {
   setTimeout(() => note.remove(), kind === "error" ? 9000 : 5000);
 }
 
+// Stop goes along: what is modal makes all else dead. It is the first to be reached there, too. A dialog's event `close` comes late,
+// when another one may be open.
+export function showDialog(dialog) {
+  const halt = document.getElementById("halt");
+  dialog.addEventListener("close", () => dialog.remove());
+  document.body.append(dialog);
+  dialog.prepend(halt);
+  dialog.showModal();
+  new MutationObserver(() => ([...document.querySelectorAll("dialog[open]")].at(-1) ?? document.body).prepend(halt))
+    .observe(dialog, { attributeFilter: ["open"] });
+}
+
 // Asks for texts. fields: [{name, label, value, hint}]. Gives {name: text}, or null when it was cancelled.
 export function ask({ title, text, fields = [], accept, danger = false }) {
   const inputs = fields.map((field) => el("input", { name: field.name, type: "text", value: field.value ?? "", autocomplete: "off", spellcheck: "false" }));
@@ -60,7 +72,6 @@ export function ask({ title, text, fields = [], accept, danger = false }) {
       el("button", { value: "cancel", class: "quiet", formnovalidate: "" }, "Cancel"),
       el("button", { value: "ok", class: danger ? "danger" : "primary" }, accept)));
   const dialog = el("dialog", {}, form);
-  document.body.append(dialog);
   // Enter in a field accepts, though Cancel comes first.
   form.addEventListener("keydown", (event) => {
     if (event.key !== "Enter" || event.target.tagName !== "INPUT") return;
@@ -69,10 +80,9 @@ export function ask({ title, text, fields = [], accept, danger = false }) {
   });
   return new Promise((resolve) => {
     dialog.addEventListener("close", () => {
-      dialog.remove();
       resolve(dialog.returnValue === "ok" ? Object.fromEntries(inputs.map((input) => [input.name, input.value.trim()])) : null);
     });
-    dialog.showModal();
+    showDialog(dialog);
     (inputs[0] ?? form.querySelector("button")).focus();
   });
 }

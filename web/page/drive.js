@@ -7,15 +7,14 @@ const kShoulders = [4, 5, 6, 7];  // of the standard gamepad: one is held, or no
 const kKeys = { ArrowUp: [1, 0], KeyW: [1, 0], ArrowDown: [-1, 0], KeyS: [-1, 0], ArrowLeft: [0, 1], KeyA: [0, 1], ArrowRight: [0, -1], KeyD: [0, -1] };
 
 export class Drive {
-  // send(v_m_per_s, w_rad_per_s); enabled(): whether keys and gamepad count now; limits: {v, w}.
-  constructor(send, enabled, limits) {
-    this.send = send;
-    this.enabled = enabled;
-    this.limits = limits;
+  // send(v_m_per_s, w_rad_per_s); enabled(): whether keys and gamepad count now; refused(): whether none may drive, which it says;
+  // limits: {v, w}.
+  constructor({ send, enabled, refused }, limits) {
+    Object.assign(this, { send, enabled, refused, limits });
     this.stick = [0, 0];   // forward, left: -1..1
     this.keys = new Set();
     this.zerosLeft = 0;
-    this.onChange = () => {};
+    this.onRelease = () => {};
     addEventListener("keydown", (event) => this.key(event, true));
     addEventListener("keyup", (event) => this.key(event, false));
     addEventListener("blur", () => this.release());
@@ -29,7 +28,7 @@ export class Drive {
     const typing = event.target.closest?.("input, textarea, select, dialog");
     if (down && (typing || !this.enabled() || event.ctrlKey || event.metaKey || event.altKey)) return;
     if (down) event.preventDefault();
-    if (down === this.keys.has(event.code)) return;
+    if (event.repeat || down === this.keys.has(event.code)) return;
     if (down) this.keys.add(event.code);
     else this.keys.delete(event.code);
     this.tick();
@@ -41,21 +40,22 @@ export class Drive {
     if (begins || (forward === 0 && left === 0)) this.tick();
   }
 
-  // Whatever is held counts as let go.
+  // Whatever is held counts as let go, until it is let go and held again.
   release() {
+    this.padRests = true;
     this.stick = [0, 0];
     this.keys.clear();
+    this.onRelease();
     this.tick();
   }
 
   gamepad() {
     if (!this.enabled() || !document.hasFocus()) return [0, 0];
-    for (const pad of navigator.getGamepads?.() ?? []) {
-      if (!pad || !kShoulders.some((button) => pad.buttons[button]?.pressed)) continue;
-      const axis = (value) => (Math.abs(value ?? 0) < kDeadZone ? 0 : value);
-      return [-axis(pad.axes[1]), -(axis(pad.axes[0]) || axis(pad.axes[2]))];
-    }
-    return [0, 0];
+    const held = [...navigator.getGamepads?.() ?? []].find((pad) => pad && kShoulders.some((button) => pad.buttons[button]?.pressed));
+    this.padRests &&= held !== undefined;
+    if (this.padRests || !held) return [0, 0];
+    const axis = (value) => (Math.abs(value ?? 0) < kDeadZone ? 0 : value);
+    return [-axis(held.axes[1]), -(axis(held.axes[0]) || axis(held.axes[2]))];
   }
 
   wanted() {
@@ -70,12 +70,13 @@ export class Drive {
   }
 
   tick() {
-    const [forward, left] = this.wanted(), still = forward === 0 && left === 0;
+    let [forward, left] = this.wanted();
+    if ((forward !== 0 || left !== 0) && this.refused()) [forward, left] = [0, 0];
+    const still = forward === 0 && left === 0;
     if (!still) this.zerosLeft = kZeros;
     else if (this.zerosLeft === 0) return;
     else --this.zerosLeft;
     this.send(forward * this.limits.v, left * this.limits.w);
-    this.onChange(forward, left);
   }
 }
 
@@ -95,13 +96,12 @@ export function makeStick(root, drive) {
     const ease = (value) => Math.sign(value) * value * value;  // fine near the middle
     drive.setStick(ease(-y / radius), ease(-x / radius));
   };
-  const lift = (event) => {
-    if (event.pointerId !== holder) return;
+  drive.onRelease = () => {
     holder = null;
     root.classList.remove("held");
     show(0, 0);
-    drive.setStick(0, 0);
   };
+  const lift = (event) => event.pointerId === holder && drive.release();
   root.addEventListener("pointerdown", (event) => {
     if (holder !== null || root.getAttribute("aria-disabled") === "true") return;
     holder = event.pointerId;
@@ -111,5 +111,4 @@ export function makeStick(root, drive) {
   });
   root.addEventListener("pointermove", (event) => event.pointerId === holder && move(event));
   for (const what of ["pointerup", "pointercancel", "lostpointercapture"]) root.addEventListener(what, lift);
-  addEventListener("blur", () => { show(0, 0); root.classList.remove("held"); });
 }

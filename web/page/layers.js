@@ -103,25 +103,18 @@ export const kDraw = {
   },
 };
 
-// Always on top, whatever layers are shown.
-export function drawRobot(context, view, robot, colors) {
-  const size = Math.max(0.22, 11 / view.scale);  // [m], at least to be found
-  context.save();
-  context.translate(robot.x, robot.y);
-  context.rotate(robot.theta);
+// Always on top, whatever is shown. On the screen: toScreen(x, y) of a place there, where a metre is `scale` pixels.
+export function drawRobot(context, { x, y, theta }, scale, toScreen, color, outline) {
+  const size = Math.max(0.22, 11 / scale), c = size * Math.cos(theta), s = size * Math.sin(theta);  // [m], at least to be found
   context.beginPath();
-  context.moveTo(1.25 * size, 0);
-  context.lineTo(-0.75 * size, 0.8 * size);
-  context.lineTo(-0.4 * size, 0);
-  context.lineTo(-0.75 * size, -0.8 * size);
+  for (const [ahead, left] of [[1.25, 0], [-0.75, 0.8], [-0.4, 0], [-0.75, -0.8]]) context.lineTo(...toScreen(x + c * ahead - s * left, y + s * ahead + c * left));
   context.closePath();
-  context.fillStyle = robot.status === 2 ? colors["--wrong"] : colors["--robot"];
-  context.lineWidth = 2.5 / view.scale;
+  context.fillStyle = color;
+  context.lineWidth = 2.5;
   context.lineJoin = "round";
-  context.strokeStyle = colors["--surface"];
+  context.strokeStyle = outline;
   context.stroke();
   context.fill();
-  context.restore();
 }
 
 export function drawGoal(context, view, goal, colors) {

@@ -1,9 +1,10 @@
+import { drawSoon } from "./frames.js";
 import { listen } from "./gestures.js";
 import { View } from "./view.js";
 import { kDraw, kLayers, drawGoal, drawPlaces, drawRobot } from "./layers.js";
 
 const kColors = ["--surface", "--free", "--occupied", "--walls", "--odometry", "--truth", "--live-path", "--path", "--loop", "--refused", "--scan",
-  "--photograph", "--robot", "--wrong", "--doubtful", "--on-accent", "--text", "--accent"];
+  "--photograph", "--robot", "--late", "--wrong", "--doubtful", "--on-accent", "--text", "--accent"];
 
 // The floor plan on its canvas. It draws when something changed, at most once a frame.
 export class MapView {
@@ -22,7 +23,12 @@ export class MapView {
     this.overlays = [];      // functions (context, view, colors), on the screen
     this.onHover = () => {};
     this.onView = () => {};
-    this.frames = 0;
+    this.isLate = () => false;  // whether the robot is to be seen as one of the past
+    this.frame = () => {
+      if (canvas.clientWidth === 0) return;  // beside the 3D view alone
+      if (!this.touched && !this.follow) this.fit();
+      this.draw();
+    };
     listen(canvas, this);
     for (const what of ["pose", "path", "scan", "walls", "goal", "snapshot"]) world.on(what, () => this.redraw());
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -50,13 +56,7 @@ export class MapView {
   }
 
   redraw() {
-    if (this.waiting) return;
-    this.waiting = true;
-    requestAnimationFrame(() => {
-      this.waiting = false;
-      if (!this.touched && !this.follow) this.fit();
-      this.draw();
-    });
+    drawSoon(this.frame);
   }
 
   fit() {
@@ -96,7 +96,6 @@ export class MapView {
 
   draw() {
     const { context, view, world, colors } = this, ratio = window.devicePixelRatio || 1;
-    ++this.frames;
     if (this.follow && world.robot) {
       Object.assign(view, { x: world.robot.x, y: world.robot.y });
       this.centre();
@@ -108,12 +107,16 @@ export class MapView {
       if (this.shown.get(layer.key) && layer.has(world)) kDraw[layer.key](context, view, world, colors, this.tiles);
     }
     if (world.goal) drawGoal(context, view, world.goal, colors);
-    if (world.robot) drawRobot(context, view, world.robot, colors);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    if (world.robot) drawRobot(context, world.robot, view.scale, (x, y) => view.toScreen(x, y), this.robotColor(), colors["--surface"]);
     drawPlaces(context, view, world.places, colors);
     for (const overlay of this.overlays) overlay(context, view, colors);
     this.tool?.draw?.(context, view, colors);
     this.onView();
+  }
+
+  robotColor() {
+    return this.colors[this.isLate() ? "--late" : this.world.robot.status === 2 ? "--wrong" : "--robot"];
   }
 
   // What gestures tell.

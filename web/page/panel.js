@@ -9,7 +9,7 @@ export class Panel {
     this.tabs = tabs;
     this.handle = el("button", { class: "handle", type: "button", "aria-label": "Open or close the panel", onclick: () => this.toggle() });
     this.buttons = tabs.map((tab) => el("button", { type: "button", role: "tab", id: `tab-${tab.key}`, "aria-controls": `panel-${tab.key}`, onclick: () => this.press(tab.key) }, tab.label, el("span", { class: "mark" })));
-    this.bodies = tabs.map((tab) => el("section", { role: "tabpanel", id: `panel-${tab.key}`, "aria-labelledby": `tab-${tab.key}` }, tab.content));
+    this.bodies = tabs.map((tab) => el("section", { role: "tabpanel", tabindex: "0", id: `panel-${tab.key}`, "aria-labelledby": `tab-${tab.key}` }, tab.content));
     root.append(this.handle, el("div", { role: "tablist", class: tabs.length < 2 ? "single" : null }, this.buttons), el("div", { class: "bodies" }, this.bodies));
     this.handle.addEventListener("pointerdown", (event) => this.pull(event));
     this.open = !narrow.matches;

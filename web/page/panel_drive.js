@@ -1,5 +1,6 @@
 import { ask, coordinate, el, replaceChildren } from "./dom.js";
 import { makeStick } from "./drive.js";
+import { kGreyS } from "./late.js";
 
 const kFates = ["waits for an order", "drives", "arrived", "stopped short of an obstacle", "refused the order", "ended by another order"];
 const kLinks = ["base not connected", "base is starting", ""];
@@ -8,7 +9,7 @@ const kLinks = ["base not connected", "base is starting", ""];
 export function makeDrivePanel(world, robot, drive, tools) {
   const where = el("dl", { class: "figures" });
   const note = el("p", { class: "note", hidden: true });
-  const stick = el("div", { class: "stick", role: "application", "aria-label": "Joystick: up drives ahead, sideways turns" });
+  const stick = el("div", { class: "stick", role: "application", "aria-label": "Joystick: up drives ahead, sideways turns", "aria-keyshortcuts": "ArrowUp ArrowDown ArrowLeft ArrowRight W A S D" });
   const speed = el("input", { type: "range", min: "0.05", max: "1", step: "0.05", value: String(drive.limits.v), "aria-label": "Highest speed" });
   const speedText = el("output", {});
   const showSpeed = () => {
@@ -40,8 +41,8 @@ export function makeDrivePanel(world, robot, drive, tools) {
     wide("New map", () => reset(robot), "quiet-danger"));
 
   const steering = [stick, el("label", { class: "slider" }, el("span", {}, "Highest speed"), speed, speedText),
-    el("p", { class: "hint" }, "Also by arrow keys or WASD while this tab is open, or by a gamepad with a shoulder button held."),
-    goButton, el("h3", {}, "Map and recording"), orders];
+    el("p", { class: "hint" }, "Also by arrow keys or WASD while this tab is open, or by a gamepad with a shoulder button held. Space is Stop; Escape ends stick and goal."),
+    goButton, el("h2", {}, "Map and recording"), orders];
   const content = el("div", { class: "drive" }, note, level, where, steering);
 
   function showPose() {
@@ -50,6 +51,7 @@ export function makeDrivePanel(world, robot, drive, tools) {
     if (pose) {
       rows.push(["Position", `${coordinate(pose.x)}, ${coordinate(pose.y)} m`], ["Heading", `${(pose.theta * 180 / Math.PI).toFixed(0)}°`],
         ["Localized", ["by the scan", "dead reckoned", "lost"][pose.status] ?? "?", pose.status === 0 ? "" : "warning"]);
+      rows.push(["Seen", `${robot.late.pose_s.toFixed(1)} s ago`, robot.late.pose_s > kGreyS ? "warning" : ""]);
       if (pose.covariance) rows.push(["Known to", `${(100 * Math.sqrt(Math.max(pose.covariance[0][0] + pose.covariance[1][1], 0))).toFixed(1)} cm`]);
     } else {
       rows.push(["Position", "not known yet"]);

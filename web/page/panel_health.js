@@ -16,8 +16,8 @@ export function makeHealthPanel(world, panelMark) {
         figure("Watching", `${health.clients} browser${health.clients === 1 ? "" : "s"}`),
         health.refused > 0 ? figure("Refused", String(health.refused)) : null,
         health.dropped > 0 ? figure("Left out for slow browsers", String(health.dropped)) : null),
-      el("h3", {}, "Programs"), programs(health.programs ?? []),
-      el("h3", {}, "Channels"), channels(health.channels ?? []));
+      el("h2", {}, "Programs"), programs(health.programs ?? []),
+      el("h2", {}, "Channels"), channels(health.channels ?? []));
   });
   content.append(el("p", { class: "hint" }, "Nothing heard yet."));
   return content;

@@ -27,7 +27,7 @@ export function makeMapPanel(world, mapView) {
   }
   world.on("snapshot", showSnapshot);
   showLayers();
-  return el("div", {}, verdict, figures, el("h3", {}, "Layers"), layers);
+  return el("div", {}, verdict, figures, el("h2", {}, "Layers"), layers);
 }
 
 function layerRow(layer, mapView) {

@@ -4,7 +4,7 @@ const kDots = { running: "ok", stopped: "off", starting: "warning", stopping: "w
 
 // procman's commands by group: what they do, their output, start, stop and restart.
 export function makeProgramsPanel(world, robot) {
-  const list = el("div", {}), title = el("h3", {}), lines = el("pre", { class: "output", tabindex: "0" });
+  const list = el("div", {}), title = el("h2", {}), lines = el("pre", { class: "output", tabindex: "0" });
   const output = el("div", { hidden: true }, title, lines);
   let opened = null, drawn = "";
 
@@ -21,7 +21,7 @@ export function makeProgramsPanel(world, robot) {
     if (commands.length === 0) {
       return replaceChildren(list, el("p", { class: "hint" }, "No procman tells of commands. Programs that were started by hand are under Health."));
     }
-    replaceChildren(list, [...groups].map(([group, members]) => [group ? el("h3", {}, group) : null, el("ul", { class: "programs" }, members.map(row))]));
+    replaceChildren(list, [...groups].map(([group, members]) => [group ? el("h2", {}, group) : null, el("ul", { class: "programs" }, members.map(row))]));
   }
 
   function row(command) {

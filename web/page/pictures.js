@@ -1,4 +1,4 @@
-import { el } from "./dom.js";
+import { el, showDialog } from "./dom.js";
 
 // A picture of a map folder. Browsers know no PPM and PGM (cameras without JPEG): those are read here.
 // @returns {Promise<HTMLCanvasElement | HTMLImageElement>}
@@ -32,12 +32,8 @@ function readPnm(bytes) {
 
 // In a window of its own on the page.
 export async function showPicture(file) {
-  const dialog = el("dialog", { class: "picture", onclick: () => dialog.close(), onclose: () => dialog.remove() }, el("p", {}, "Loading…"));
-  document.body.append(dialog);
-  dialog.showModal();
-  try {
-    dialog.replaceChildren(await loadPicture(file), el("button", { type: "button", class: "quiet" }, "Close"));
-  } catch {
-    dialog.replaceChildren(el("p", {}, "This picture cannot be read."), el("button", { type: "button", class: "quiet" }, "Close"));
-  }
+  const content = el("div", {}, "Loading…"), close = ({ target }) => target.closest("#halt") ?? dialog.close();
+  const dialog = el("dialog", { class: "picture", onclick: close }, content, el("button", { type: "button", class: "quiet" }, "Close"));
+  showDialog(dialog);
+  content.replaceChildren(await loadPicture(file).catch(() => "This picture cannot be read."));
 }

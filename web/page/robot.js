@@ -1,15 +1,22 @@
 import { toast } from "./dom.js";
+import { takeKept } from "./frames.js";
+import { kRefusedS, Late } from "./late.js";
 
 // What the page orders, and what it hears. One for the page.
 export class Robot {
   constructor(socket, world, tiles) {
     this.socket = socket;
     this.world = world;
+    this.late = new Late(socket, world);
     socket.subscribe("page/tiles", (message) => {
-      if (message.clear) world.reset();
+      // With tiles it is the whole map, for a new subscriber.
+      if (message.clear && message.tiles.length === 0) {
+        takeKept();
+        world.reset();
+      }
       tiles.take(message).catch((fault) => console.warn("a tile cannot be drawn:", fault));
-    });
-    socket.subscribe("SLAM_POSE", (message) => world.takePose(message));
+    }, "each");
+    socket.subscribe("SLAM_POSE", (message, came_us) => world.takePose(message, came_us));
     socket.subscribe("TRAJECTORY", (message) => world.takeTrajectory(message));
     socket.subscribe("LINE_MAP", (message) => {
       world.walls = message.ends_m;
@@ -23,18 +30,18 @@ export class Robot {
       world.scan = message;
       world.tell("scan");
     });
-    socket.subscribe("BASE_COMMAND", (message) => world.takeBaseCommand(message));
+    socket.subscribe("BASE_COMMAND", (message) => world.takeBaseCommand(message), "each");
     socket.subscribe("BASE_STATUS", (message) => world.takeBaseStatus(message));
     socket.subscribe("PANTILT_STATE", (message) => world.takeHead(message));
-    socket.subscribe("/tf", (message) => world.takeTransforms(message));
+    socket.subscribe("/tf", (message) => world.takeTransforms(message), "each");
     for (const [topic, field] of [["page/health", "health"], ["page/commands", "commands"], ["page/stop", "stop"]]) {
       socket.subscribe(topic, (message) => {
         world[field] = message;
         world.tell(field);
-      });
+      }, topic === "page/stop" ? "each" : "newest");
     }
-    socket.subscribe("page/output", ({ command, text }) => this.takeOutput(command, text));
-    socket.subscribe("page/goal", (message) => this.takeGoal(message));
+    socket.subscribe("page/output", ({ command, text }) => this.takeOutput(command, text), "each");
+    socket.subscribe("page/goal", (message) => this.takeGoal(message), "each");
   }
 
   // Of any browser.
@@ -74,6 +81,7 @@ export class Robot {
 
   async goTo(x_m, y_m) {
     const { world } = this;
+    if (this.late.pose_s > kRefusedS) return toast(`Not sent: the robot's position is ${this.late.pose_s.toFixed(0)} s old.`, "error");
     world.order = null;
     world.goal = { x: x_m, y: y_m, fate: "asked" };
     world.tell("goal");
@@ -84,8 +92,22 @@ export class Robot {
     }
   }
 
-  stop(engaged) {
-    return this.order("stop", { engaged }, () => (engaged ? "Stop was sent" : "Released"));
+  // Stops it, not latched.
+  endGoal() {
+    if (["asked", "running"].includes(this.world.goal?.fate)) this.order("end_goal", {});
+  }
+
+  release() {
+    return this.order("stop", { engaged: false }, () => "Released");
+  }
+
+  // Nobody steers by what is old.
+  refusesToDrive() {
+    const { steering_s } = this.late, now = performance.now();
+    if (steering_s < kRefusedS) return false;
+    if (now - (this.refusedAt ?? -Infinity) > 3000) toast(`Not driven: what you see is ${steering_s.toFixed(0)} s old.`, "error");
+    this.refusedAt = now;
+    return true;
   }
 
   velocity(v, w) {

@@ -1,17 +1,21 @@
 // A client of Foxglove's WebSocket protocol, JSON only: https://github.com/foxglove/ws-protocol
-// It reconnects by itself, and subscribes what was asked for as soon as its channel is there.
+// It reconnects by itself, and subscribes what was asked for as soon as channels and services are there.
+import { keepNewest } from "./frames.js";
+
 const kProtocols = ["foxglove.sdk.v1", "foxglove.websocket.v1"];
 const kSilentMs = 5000;  // page/health comes once a second
 const kRetryMs = [300, 1000, 2000, 4000];
+const kHurriedMs = 1500;
 const kCallMs = 15000;
 const kAliveMs = 150;  // a goal waits 0.45 s after the last one, and ends after 1 s
 
 export class Socket {
-  // told: {state(word), info(serverInfo), status(level, text)}; state is "connecting", "open" or "lost".
+  // told: {state(word), info(serverInfo), services(), status(level, text)}; state is "connecting", "open" or "lost".
+  // services(): orders may be given from here on, before anything else is sent.
   constructor(url, told) {
     this.url = url;
     this.told = told;
-    this.handlers = new Map();  // topic -> function
+    this.handlers = new Map();  // topic -> {handler, how}
     this.tries = 0;
     this.state = "connecting";
     this.decoder = new TextDecoder();
@@ -25,6 +29,7 @@ export class Socket {
     this.forget();
     clearTimeout(this.retry);
     this.heard = performance.now();
+    this.newest_us = 0;  // when the server had the newest state that was taken
     const socket = this.socket = new WebSocket(this.url, kProtocols);
     socket.binaryType = "arraybuffer";
     socket.onmessage = (event) => {
@@ -53,10 +58,16 @@ export class Socket {
     this.retry = setTimeout(() => this.connect(), kRetryMs[Math.min(this.tries++, kRetryMs.length - 1)]);
   }
 
+  // Somebody waits for the connection: a new one is tried at once, also instead of a silent one.
+  hurry() {
+    this.watch(kHurriedMs);
+    if (this.socket === null) this.connect();
+  }
+
   // A network that swallows everything closes nothing.
-  watch() {
+  watch(most_ms = kSilentMs) {
     const socket = this.socket;
-    if (socket === null || performance.now() - this.heard < kSilentMs) return;
+    if (socket === null || performance.now() - this.heard < most_ms) return;
     this.lose(socket);
     socket.onmessage = null;
     socket.close();
@@ -77,13 +88,15 @@ export class Socket {
         break;
       case "advertise":
         for (const channel of message.channels) if (channel.encoding === "json") this.channels.set(channel.topic, channel.id);
-        this.subscribeKnown();
+        if (this.services.size > 0) this.subscribeKnown();
         break;
       case "unadvertise":
         for (const [topic, id] of this.channels) if (message.channelIds.includes(id)) this.dropChannel(topic);
         break;
       case "advertiseServices":
         for (const service of message.services) this.services.set(service.name, service.id);
+        this.told.services();
+        this.subscribeKnown();
         break;
       case "serviceCallFailure":
         this.finish(message.callId, (call) => call.reject(new Error(message.message)));
@@ -103,10 +116,22 @@ export class Socket {
     const opcode = view.getUint8(0);
     if (opcode === 1) {
       const topic = this.subscribed.get(view.getUint32(1, true));
-      if (topic !== undefined) this.handlers.get(topic)?.(this.json(view, 13));
+      if (this.handlers.has(topic)) this.takeData(topic, view);
     } else if (opcode === 3) {
       const length = view.getUint32(9, true);
       this.finish(view.getUint32(5, true), (call) => call.resolve(this.json(view, 13 + length)));
+    }
+  }
+
+  takeData(topic, view) {
+    const { handler, how } = this.handlers.get(topic), came_us = Number(view.getBigUint64(5, true)) / 1e3, kMessageAt = 13;
+    if (how === "raw") handler(view.buffer, kMessageAt);
+    else if (how === "each") handler(this.json(view, kMessageAt), came_us);
+    else {
+      keepNewest(topic, () => {
+        this.newest_us = Math.max(this.newest_us, came_us);
+        handler(this.json(view, kMessageAt), came_us);
+      });
     }
   }
 
@@ -122,9 +147,10 @@ export class Socket {
     how(call);
   }
 
-  // The newest handler of a topic counts.
-  subscribe(topic, handler) {
-    this.handlers.set(topic, handler);
+  // The last handler of a topic counts: handler(message, when the server had it [us]). how: "newest", of a state, once a frame;
+  // "each" at once; "raw": handler(bytes, where the text begins).
+  subscribe(topic, handler, how = "newest") {
+    this.handlers.set(topic, { handler, how });
     this.subscribeKnown();
   }
 
@@ -157,7 +183,7 @@ export class Socket {
   }
 
   // The response; rejects with what the server said, or when nothing comes.
-  call(name, request) {
+  call(name, request, most_ms = kCallMs) {
     const service = this.services.get(name);
     if (service === undefined) {
       return Promise.reject(new Error(this.state === "open" ? `the server offers no '${name}'` : "not connected"));
@@ -172,7 +198,7 @@ export class Socket {
     message.set(this.encoder.encode("json"), 13);
     message.set(payload, 17);
     return new Promise((resolve, reject) => {
-      const timer = setTimeout(() => this.finish(id, (call) => call.reject(new Error("no answer"))), kCallMs);
+      const timer = setTimeout(() => this.finish(id, (call) => call.reject(new Error("no answer"))), most_ms);
       this.calls.set(id, { resolve, reject, timer });
       if (!this.send(message)) this.finish(id, (call) => call.reject(new Error("not connected")));
     });

@@ -1,20 +1,26 @@
 import { el, replaceChildren } from "./dom.js";
+import { kSaidS } from "./late.js";
 import { worst } from "./panel_health.js";
 
+const kConnections = { lost: "not connected", connecting: "connecting" };
 const kModes = { live: "live", folder: "map folder", recording: "recording" };
 
-// The bar above, what is said when the connection is lost, and the stop button.
-// showHealth() opens the panel that says more.
-export function makeStatus(bar, banner, halt, world, robot, showHealth) {
-  const name = el("strong", {}), mode = el("span", { class: "mode" }), chips = el("div", { class: "chips" });
+// The bar above, and what is said when the connection is lost. late(): of robot.late, or null; showHealth() opens the panel that
+// says more. @returns what shows anew whether that is late.
+export function makeStatus(bar, banner, halt, world, late, showHealth) {
+  const name = el("h1", {}), mode = el("span", { class: "mode" }), chips = el("div", { class: "chips" });
   bar.append(el("div", { class: "chip title" }, name, mode), chips);
 
+  function showMode() {
+    const isOpen = world.connection === "open", old = isOpen && late() ? sayLate(late()) : "";
+    mode.textContent = isOpen ? old || (kModes[world.mode] ?? world.mode) : kConnections[world.connection];
+    bar.dataset.state = old ? "late" : world.connection;
+  }
   function showBar() {
     const address = /^[a-z]+:\/\//.test(world.name);  // of a network: nothing to read
     name.textContent = address ? "Marco" : world.name || "Marco";
     name.title = world.name;
-    mode.textContent = world.connection === "open" ? kModes[world.mode] ?? world.mode : world.connection === "lost" ? "not connected" : "connecting";
-    bar.dataset.connection = world.connection;
+    showMode();
     replaceChildren(chips,
       world.readOnly ? chip("Watching only", "") : null,
       battery(world.health),
@@ -25,32 +31,18 @@ export function makeStatus(bar, banner, halt, world, robot, showHealth) {
     banner.hidden = world.connection === "open";
     banner.textContent = world.connection === "lost" ? "Connection lost. What you see is old. Connecting again…" : "Connecting…";
     banner.className = world.connection;
-    halt.dataset.connection = world.connection;
   }
   for (const what of ["info", "connection", "health", "guard"]) world.on(what, showBar);
   world.on("connection", showBanner);
   world.on("info", () => { showBanner(); halt.hidden = world.mode !== "live"; });
   showBar();
-  halt.hidden = true;
+  showBanner();
+  return showMode;
+}
 
-  return {
-    live() {
-      const stop = el("button", { type: "button", class: "stop", onclick: () => robot().stop(true) }, el("span", {}, "Stop"));
-      const release = el("button", { type: "button", class: "release", onclick: () => robot().stop(false) }, "Release");
-      const by = el("p", { class: "stopped", role: "alert" });
-      halt.append(by, release, stop);
-      const show = () => {
-        const { engaged, by: who } = world.stop;
-        by.textContent = engaged ? `Stopped${who ? ` by ${who}` : ""}` : "";
-        by.hidden = release.hidden = !engaged;
-        stop.setAttribute("aria-pressed", String(engaged));
-      };
-      world.on("stop", show);
-      show();
-      halt.hidden = false;
-      showBanner();
-    },
-  };
+function sayLate({ page_s, pose_s }) {
+  if (page_s > kSaidS) return `late ${page_s.toFixed(0)} s`;
+  return pose_s > kSaidS ? `position ${pose_s.toFixed(0)} s old` : "";
 }
 
 function chip(text, kind) {

@@ -51,6 +51,8 @@ void main() {
   gl_FragColor = vec4(base * (0.66 + 0.09 * n.z + 0.30 * max(dot(n, lamp), 0.0)), 1.0);
 }`;
 
+const kBinM = 0.05;  // of heights
+
 export class Surface {
   constructor() {
     this.group = new THREE.Group();
@@ -63,8 +65,7 @@ export class Surface {
 
   async loadGlb(buffer) {
     for (const part of readGlb(buffer)) {
-      const mesh = this.mesh(part, part.image ? await textureOf(part.image) : null);
-      this.group.add(mesh);
+      this.group.add(this.mesh(part, part.image ? await textureOf(part.image) : null));
     }
     this.survey();
   }
@@ -77,12 +78,15 @@ export class Surface {
     else geometry.computeVertexNormals();
     if (colors) geometry.setAttribute("own_color", new THREE.BufferAttribute(Float32Array.from(colors), 3));
     if (uvs) geometry.setAttribute("uv", new THREE.BufferAttribute(uvs, 2));
+    geometry.computeBoundingBox();
     const defines = texture ? { TEXTURE: 1 } : colors ? { OWN_COLOR: 1 } : {};
     const uniforms = { ...this.shared, picture: { value: texture } };
-    return new THREE.Mesh(geometry, new THREE.ShaderMaterial({ vertexShader: kVertex, fragmentShader: kFragment, uniforms, defines, side: THREE.DoubleSide }));
+    const mesh = new THREE.Mesh(geometry, new THREE.ShaderMaterial({ vertexShader: kVertex, fragmentShader: kFragment, uniforms, defines, side: THREE.DoubleSide }));
+    mesh.levels = levelsOf(geometry);
+    return mesh;
   }
 
-  // A message of MESH: one tile of the model as it grows.
+  // A message of MESH: one tile of the model as it grows. survey() is due.
   takeTile({ tile, tiles, vertices_m, normals, triangles }) {
     for (const number of [...this.tiles.keys()]) if (number === tile || number >= tiles) this.drop(number);
     if (triangles.length > 0) {
@@ -90,7 +94,6 @@ export class Surface {
       this.tiles.set(tile, mesh);
       this.group.add(mesh);
     }
-    this.survey();
   }
 
   drop(number) {
@@ -102,18 +105,18 @@ export class Surface {
   }
 
   box() {
-    return new THREE.Box3().setFromObject(this.group);
+    return this.group.children.reduce((box, { geometry }) => box.union(geometry.boundingBox), new THREE.Box3());
   }
 
-  get empty() {
+  get isEmpty() {
     return this.group.children.length === 0;
   }
 
   // Floor and ceiling: the lowest and the highest level with much level surface (viewer/model_survey.cpp).
   survey() {
-    const kBinM = 0.05, levels = new Map();
+    const levels = new Map();
     let largest = 0;
-    for (const { geometry } of this.group.children) addLevels(geometry, kBinM, levels);
+    for (const mesh of this.group.children) mesh.levels.forEach((area, bin) => levels.set(bin, (levels.get(bin) ?? 0) + area));
     for (const area of levels.values()) largest = Math.max(largest, area);
     const large = [...levels].filter(([, area]) => area > 0.2 * largest).map(([bin]) => bin).sort((a, b) => a - b);
     if (large.length === 0) return;
@@ -127,17 +130,19 @@ export class Surface {
   }
 }
 
-function addLevels(geometry, bin_m, levels) {
-  const at = geometry.attributes.position.array, index = geometry.index.array;
+// Level surface by height: [m2] in bins of kBinM.
+function levelsOf(geometry) {
+  const at = geometry.attributes.position.array, index = geometry.index.array, levels = new Map();
   for (let i = 0; i < index.length; i += 3) {
     const [a, b, c] = [3 * index[i], 3 * index[i + 1], 3 * index[i + 2]];
     const [ux, uy, uz] = [at[b] - at[a], at[b + 1] - at[a + 1], at[b + 2] - at[a + 2]];
     const [vx, vy, vz] = [at[c] - at[a], at[c + 1] - at[a + 1], at[c + 2] - at[a + 2]];
     const [nx, ny, nz] = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx], twice = Math.hypot(nx, ny, nz);
     if (Math.abs(nz) < 0.85 * twice) continue;
-    const level = Math.floor((at[a + 2] + at[b + 2] + at[c + 2]) / 3 / bin_m);
+    const level = Math.floor((at[a + 2] + at[b + 2] + at[c + 2]) / 3 / kBinM);
     levels.set(level, (levels.get(level) ?? 0) + twice / 2);
   }
+  return levels;
 }
 
 function flat(vectors) {
@@ -147,10 +152,7 @@ function flat(vectors) {
 }
 
 async function textureOf(blob) {
-  const image = new Image();
-  image.src = URL.createObjectURL(blob);
-  await image.decode();
-  const texture = new THREE.Texture(image);
+  const texture = new THREE.Texture(await createImageBitmap(blob));
   texture.flipY = false;  // glTF's first row is v = 0
   texture.needsUpdate = true;
   return texture;

@@ -1,3 +1,5 @@
+import { turn } from "./frames.js";
+
 // The map: tiles of occupancy, drawn once in the colours of the day or the night, moved by the view's transform.
 const kUnknown = 255;
 const kLevels = [1, 2, 4];  // cells a side that are one pixel, for views from afar
@@ -34,8 +36,12 @@ export class Tiles {
   async add({ x_m, y_m, width, height, png }, resolution_m) {
     const key = `${Math.round(x_m * 1000)} ${Math.round(y_m * 1000)}`, number = ++this.count;
     this.newest.set(key, number);
+    const isOld = () => this.newest.get(key) !== number;  // a newer one came, or all were dropped
+    await turn();
+    if (isOld()) return;
     const picture = await createImageBitmap(new Blob([bytesOf(png)], { type: "image/png" }), { colorSpaceConversion: "none", premultiplyAlpha: "none" });
-    if (this.newest.get(key) !== number) return;  // a newer one came, or all were dropped
+    await turn();
+    if (isOld()) return picture.close();
     const context = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
     context.drawImage(picture, 0, 0);
     picture.close();
@@ -43,7 +49,7 @@ export class Tiles {
     for (let i = 0; i < cells.length; ++i) cells[i] = rgba[4 * i];
     const tile = { x_m, y_m, width, height, width_m: width * resolution_m, height_m: height * resolution_m, levels: kLevels.map((step) => reduced(cells, width, height, step)), bitmaps: [] };
     await this.paint(tile);
-    if (this.newest.get(key) !== number) return close(tile);
+    if (isOld()) return close(tile);
     if (this.tiles.has(key)) close(this.tiles.get(key));
     this.tiles.set(key, tile);
     this.changed();

@@ -18,7 +18,7 @@ export class World {
 
   // The map begins anew.
   reset() {
-    this.robot = null;        // {x, y, theta, covariance, status, overlap, utime}
+    this.robot = null;        // {x, y, theta, covariance, status, overlap, utime, came_us (at the server), under_way_us (until then)}
     this.path = [];           // [x, y] of the keyframes, oldest first
     this.pathUtime = 0;
     this.trail = [];          // {utime, x, y} since the newest keyframe
@@ -44,11 +44,12 @@ export class World {
     for (const listener of this.listeners.get(what) ?? []) listener();
   }
 
-  takePose(message) {
-    const before = this.robot;
+  takePose(message, came_us) {
+    const before = this.robot, kOtherClockUs = 60e6;  // of a recording that is played
+    const under_way_us = Math.abs(came_us - message.utime) < kOtherClockUs ? Math.max(came_us - message.utime, 0) : 0;
     if (before && message.utime < before.utime - 5e6) this.trail = [];  // a recording that begins again
     this.robot = { x: message.x_m, y: message.y_m, theta: message.theta_rad, covariance: message.covariance,
-      status: message.status, overlap: message.overlap, utime: message.utime };
+      status: message.status, overlap: message.overlap, utime: message.utime, came_us, under_way_us };
     const last = this.trail[this.trail.length - 1];
     if (!last || Math.hypot(message.x_m - last.x, message.y_m - last.y) > 0.03) {
       this.trail.push({ utime: message.utime, x: message.x_m, y: message.y_m });

@@ -124,6 +124,10 @@ void Orders::add_services() {
         });
   serve("go", schema(kNumbers),
         [this](const Hub::Call& call, std::string_view json) { return go(call, json); });
+  serve("end_goal", schema(""), [this](const Hub::Call&, std::string_view) {
+    end_goal("asked for in the browser");
+    return "the drive is ended";
+  });
   serve_anybody("stop", schema(R"("engaged":{"type":"boolean"})"),
                 [this](const Hub::Call& call, std::string_view json) { return stop(call, json); });
   serve("head", schema(R"("pan_rad":{"type":"number"},"tilt_rad":{"type":"number"})"),

@@ -1,5 +1,6 @@
 #include "web/process/page.hpp"
 
+#include "lcm_tools/process/wall_clock.hpp"
 #include "lcm_tools/procman/process/descriptor.hpp"
 #include "web/foxglove/json.hpp"
 
@@ -15,6 +16,13 @@ Page::Page(Hub& hub, const Source& source, const SteeringOptions& steering)
       health_(hub, source, raw_.decoder()) {
   hub.add_parameter("most_velocity_m_per_s", foxglove::number(steering.most_velocity_m_per_s));
   hub.add_parameter("most_yaw_rate_deg_per_s", foxglove::number(steering.most_yaw_rate_deg_per_s));
+  // How late a browser is, by this clock.
+  hub.add_service("time", R"({"type":"object"})",
+                  R"({"type":"object","properties":{"utime":{"type":"integer"}}})",
+                  [&hub](const Hub::Call& call, std::string_view) {
+                    hub.answer(call,
+                               R"({"utime":)" + std::to_string(process::wall_clock_us()) + "}");
+                  });
   hub.on_subscribed = [this](Hub::ClientId client, uint32_t channel) {
     procman_.send_known(client, channel);
     orders_.send_known(client, channel);
@@ -24,15 +32,21 @@ Page::Page(Hub& hub, const Source& source, const SteeringOptions& steering)
   };
   hub.on_closed = [this](Hub::ClientId client) { orders_.forget(client); };
   source.in.subscribe_raw(".*", [this](const process::RawMessage& message) {
-    raw_.take(message);
-    robot_.take(message);
+    if (!model_parts_.put(message)) take(message);
     model_requests_.take(message);
     health_.take(message);
   });
 }
 
+void Page::take(const process::RawMessage& message) {
+  raw_.take(message);
+  robot_.take(message);
+}
+
 void Page::step(Utime now) {
   const int64_t now_us = procman::monotonic_us();
+  constexpr int kPartsAtOnce = 2;  // some 10 ms
+  model_parts_.give(kPartsAtOnce, [this](const process::RawMessage& part) { take(part); });
   robot_.step(now);
   procman_.step(now_us);
   orders_.step(now_us);

@@ -6,6 +6,7 @@
 #include "lcm_tools/process/drop_counter.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "web/hub.hpp"
+#include "web/model_parts.hpp"
 #include "web/process/health_channel.hpp"
 #include "web/process/model_requests.hpp"
 #include "web/process/orders.hpp"
@@ -28,10 +29,13 @@ class Page {
   std::string state(const std::string& otherwise) const { return health_.state(otherwise); }
 
  private:
+  void take(const process::RawMessage& message);
+
   RawChannels raw_;
   RobotChannels robot_;
   ProcmanChannels procman_;
   Orders orders_;
+  ModelParts model_parts_;
   ModelRequests model_requests_;
   Hub& hub_;
   HealthChannel health_;

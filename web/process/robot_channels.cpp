@@ -167,7 +167,7 @@ void RobotChannels::publish_points(const LaserScan& scan, const Pose3& base_from
     x += number(std::round(1e3 * point.x()) / 1e3);
     y += number(std::round(1e3 * point.y()) / 1e3);
   }
-  hub_.publish(points_, ns_of(scan.utime),
+  hub_.publish(points_, ns_of(points_sent_),
                R"({"utime":)" + std::to_string(scan.utime.us) + x + "]," + y + "]}");
 }
 

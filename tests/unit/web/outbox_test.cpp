@@ -39,6 +39,40 @@ TEST(Outbox, KeepsTheNewestOfAChannelsSlot) {
   EXPECT_EQ(next(outbox), "other");
 }
 
+TEST(Outbox, SendsStatesBeforePartsOfMaps) {
+  Outbox outbox;
+  const std::string part(Outbox::kLargeBytes, 'p');
+  for (const uint64_t tile : {0, 1}) outbox.push_data(1, tile, message(part));
+  outbox.push_data(2, 0, message("pose"));
+  EXPECT_EQ(next(outbox), "pose");
+  EXPECT_EQ(next(outbox), part);
+  outbox.push_data(2, 0, message("newer pose"));
+  EXPECT_EQ(next(outbox), "newer pose");
+  EXPECT_EQ(next(outbox), part);
+  EXPECT_TRUE(outbox.empty());
+}
+
+TEST(Outbox, SendsAPartEachSoManyBytesThoughStatesNeverEnd) {
+  Outbox outbox;
+  const std::string state(Outbox::kLargeBytes / 4, 's'), part(Outbox::kLargeBytes, 'p');
+  for (const uint64_t tile : {0, 1}) outbox.push_data(1, tile, message(part));
+  std::string sent;
+  for (int n = 0; n < 10; ++n) {
+    outbox.push_data(2, 0, message(state));
+    sent += next(outbox).front();
+  }
+  EXPECT_EQ(sent, "sssspssssp");
+}
+
+TEST(Outbox, KeepsTheNewestThoughItIsOfAnotherSize) {
+  Outbox outbox;
+  outbox.push_data(1, 0, message(std::string(Outbox::kLargeBytes, 'p')));
+  outbox.push_data(1, 0, message("little"));
+  EXPECT_EQ(outbox.bytes(), 6U);
+  EXPECT_EQ(next(outbox), "little");
+  EXPECT_TRUE(outbox.empty());
+}
+
 TEST(Outbox, ForgetsAChannel) {
   Outbox outbox;
   outbox.push_data(1, 0, message("a"));

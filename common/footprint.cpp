@@ -8,7 +8,7 @@
 namespace marco {
 namespace {
 
-constexpr double kFarthestCornerM = 20.0;
+constexpr double kFarthestCornerM = 20.0;  // of any robot; beyond is a wrong unit
 constexpr std::size_t kMostCorners = 64;
 // A point that was within the margin at the start may come nearer by so much, for the swing of a
 // corner, but not up to the body.

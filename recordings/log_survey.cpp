@@ -19,7 +19,7 @@ using files::LogEvent;
 
 constexpr double kClocksDisagreeS = 0.5;
 constexpr std::size_t kEnoughOffsets = 2000;
-constexpr std::size_t kMostChannels = 10'000;  // no robot has so many
+constexpr std::size_t kMostChannels = 10'000;  // more than any robot has
 
 struct Offset {
   int64_t event_us;

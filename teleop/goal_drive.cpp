@@ -79,7 +79,7 @@ BaseCommand GoalDrive::order(double velocity_m_per_s, double yaw_rate_rad_per_s,
   return command;
 }
 
-/// A sender that stood still does not go on with what it wanted then.
+/// A sender that stood still must not resume what it wanted then.
 bool GoalDrive::keeps_up(Utime now) {
   if ((now - called_).seconds() > kOrderHoldsS || now < called_) end("its sender was held up");
   called_ = now;

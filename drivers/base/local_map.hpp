@@ -44,8 +44,8 @@ struct Heights {
 /// covered by the body and when. Odom frame, 4 m about the robot; memory is constant.
 ///
 /// A point that was hit stays for 30 s, whether a sensor looks there or not, unless the robot
-/// stands there, or three scans pass it: a beam within a centimetre of the very point goes on
-/// clearly beyond it, and so do the beams beside it. What grazes a wall or misses a thin leg takes
+/// stands there, or three scans pass it: a beam within a centimetre of the very point ends
+/// clearly behind it, and so do the beams beside it. What grazes a wall or misses a thin leg takes
 /// nothing away.
 class LocalMap {
  public:

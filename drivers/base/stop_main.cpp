@@ -5,8 +5,8 @@
 #include <map>
 #include <utility>
 
-#include "lcm_tools/base/printable.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/emergency_stop.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"

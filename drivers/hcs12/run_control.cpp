@@ -95,7 +95,7 @@ void RunControl::drive(double velocity_m_per_s,
   renew(*order, now);
 }
 
-// A run of nearly that speed goes on as it is.
+// A run of nearly that speed continues as it is.
 BaseVelocity RunControl::as_driven(const BaseVelocity& order, const BaseSpeeds& speeds) const {
   const auto run =
       RunOrder::of_velocity_command(order.ahead_m_per_s, order.turn_rad_per_s, speeds, options_);

@@ -18,7 +18,7 @@ void require_readable(const std::filesystem::path& path);
 /// The same, opened. @throws std::invalid_argument likewise
 std::ifstream open_readable(const std::filesystem::path& path);
 
-/// Where the file goes on behind a hole: `offset` itself where there is none, the file's size where
+/// Where the file continues behind a hole: `offset` itself where there is none, the file's size where
 /// nothing follows.
 int64_t next_data(int file, int64_t offset);
 

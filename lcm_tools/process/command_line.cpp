@@ -32,7 +32,7 @@ std::size_t indent_of(const std::string& line) {
   return gap == std::string::npos ? first : line.find_first_not_of(' ', gap);
 }
 
-// Whether a line that was broken goes on in the next one: prose does, up to its end in a list.
+// Whether a line that was broken continues in the next one: prose does, up to its end in a list.
 bool flows_on(const std::string& line, const std::string& next) {
   if (next.empty() || next.starts_with("Usage:") || indent_of(line) != indent_of(next))
     return false;

@@ -29,7 +29,7 @@ class ByteStream {
   void rewind() { at_ = 0; }
   int64_t left() const { return size_ - at_; }
 
-  /// The next ones: none at the end, and at most so many. Valid until the next call.
+  /// The next ones: none at the end, and at most `most`. Valid until the next call.
   std::span<const uint8_t> next(int64_t most) {
     const bool is_held = at_ >= held_at_ && at_ < held_at_ + static_cast<int64_t>(held_.size());
     if (!is_held && left() > 0) read();

@@ -23,7 +23,7 @@ struct ChunkMessage {
   std::span<const uint8_t> bytes;
 };
 
-/// Of one file: recorders write a terabyte in so many.
+/// Of one file: recorders write a terabyte in fewer.
 inline constexpr std::size_t kMostChunks = 2'000'000;
 inline constexpr const char* kTooManyChunks = ": holds more than two million chunks";
 

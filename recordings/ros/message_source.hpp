@@ -27,7 +27,7 @@ struct Topic {
   std::map<std::string, std::string> metadata;  ///< callerid, offered_qos_profiles, ...
 };
 
-/// Of all topics of a file, names and definitions: no robot has so many.
+/// Of all topics of a file, names and definitions: more than any robot has.
 inline constexpr std::size_t kMostTopicBytes = std::size_t{128} << 20;
 inline constexpr const char* kTooManyTopics =
     ": names and definitions of topics are more than 128 MB";

@@ -16,7 +16,7 @@ namespace marco::ros {
 namespace {
 
 constexpr std::size_t kMostPeriods = 1000;
-constexpr std::size_t kMostTopics = 1000, kMostClocks = 1000;  // no robot has so many sensors
+constexpr std::size_t kMostTopics = 1000, kMostClocks = 1000;  // more than any robot has
 constexpr float kFlatM = 0.02F;
 
 struct Running {

@@ -22,7 +22,7 @@ namespace {
 using foxglove::text_json;
 
 // A second after its browser's last sign of life the robot stands: a base brakes for half of it. A
-// page says each 0.15 s that it is there; one that draws much is late, and its goal goes on.
+// page says each 0.15 s that it is there; one that draws much is late, and its goal continues.
 constexpr double kGoalHoldsS = 0.45, kGoalEndsS = 1.0;
 constexpr int64_t kPingEveryUs = 150'000, kStopAgainUs = 50'000;
 constexpr auto kGoalEveryUs = static_cast<int64_t>(1e6 * teleop::GoalDrive::kSendEveryS);

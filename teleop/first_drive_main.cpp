@@ -182,8 +182,9 @@ class FirstDrive {
     explain(name, std::string("Clear a metre around, and hold your hand 0.3 m ") + where);
     std::optional<teleop::NearestReturn> nearest;
     const char pressed = robot_.ask("y when the nearest return is your hand [y/n/s]\n", "yns", [&] {
-      nearest = teleop::nearest_return(robot_.scans, wall_now());
-      if (nearest) {
+      // The person answers to what was shown last.
+      if (const auto seen = teleop::nearest_return(robot_.scans, wall_now())) {
+        nearest = seen;
         std::printf("\r%5.2f m, %4.0f deg left  ", nearest->range_m,
                     rad_to_deg(nearest->bearing_rad));
       }

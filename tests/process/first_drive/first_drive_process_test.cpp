@@ -183,16 +183,23 @@ class FirstDriveProcess : public ::testing::TestWithParam<Base> {
   }
   /// The hand that moves the robot: its wheels count as if it was pushed.
   void push(BaseCommand::Kind kind, double amount) {
-    BaseCommand leg;
-    leg.kind = kind;
-    (kind == BaseCommand::Kind::move ? leg.distance_m : leg.angle_rad) = amount;
-    const auto fate = [&] {
-      return status_->command_id == pushed_ ? status_->command : BaseStatus::Command::none;
+    const Pose2 from = truth_->world_from_robot;
+    const auto give = [&] {
+      const Pose2 way = between(from, truth_->world_from_robot);
+      BaseCommand leg;
+      leg.kind = kind;
+      leg.distance_m = amount - way.x_m;
+      leg.angle_rad = amount - way.theta_rad;
+      order(leg);
     };
-    order(leg);
+    give();
     EXPECT_TRUE(wait([&] {
-      if (fate() == BaseStatus::Command::refused) order(leg);  // too old, on a machine that stood
-      return fate() == BaseStatus::Command::done;
+      const bool is_taken = status_->command_id == pushed_;
+      if (is_taken && status_->command == BaseStatus::Command::done) return true;
+      // Lost, too old or broken off, on a machine that stood.
+      const bool lost = !is_taken && (wall_now() - Utime::from_us(pushed_)).seconds() > 3.0;
+      if (lost || (is_taken && status_->command != BaseStatus::Command::running)) give();
+      return false;
     })) << status_->note;
     EXPECT_TRUE(wait([this] { return rests(); }));
   }

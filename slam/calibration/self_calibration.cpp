@@ -124,6 +124,7 @@ class Calibrator {
         normalize_angle(fit.robot_from_laser.theta_rad - input_.robot_from_laser.theta_rad);
     take(fit, kLaserYaw, "laser.yaw_deg", laser.yaw_deg, laser.yaw_deg + rad_to_deg(turned_rad),
          rad_to_deg(1.0));
+    if (std::abs(laser.yaw_deg) > 180.0) laser.yaw_deg -= std::copysign(360.0, laser.yaw_deg);
     const double assumed = input_.laser_upside_down ? 1.0 : 0.0;
     note_sign("laser.upside_down", signs_.laser_upside_down, assumed, 1.0 - assumed);
     laser.upside_down = signs_.laser_upside_down != input_.laser_upside_down;

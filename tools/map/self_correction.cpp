@@ -53,13 +53,32 @@ bool needs_correction(const OdometryCalibration& odometry, double by_odometry_m)
 
 // By so much that odometry contradicts the laser's motion: it says ahead where the laser moves
 // sideways, or nothing where the robot turns and the laser swings.
+bool is_turned(const slam::SelfCalibration& found) {
+  return surely_off(found, "laser.yaw_deg") > kTurnedDeg;
+}
+
+bool is_aside(const slam::SelfCalibration& found) {
+  return surely_off(found, "laser.x_m") > kAsideM || surely_off(found, "laser.y_m") > kAsideM;
+}
+
 bool sits_elsewhere(const slam::SelfCalibration& found) {
-  return surely_off(found, "laser.yaw_deg") > kTurnedDeg ||
-         surely_off(found, "laser.x_m") > kAsideM || surely_off(found, "laser.y_m") > kAsideM;
+  return is_turned(found) || is_aside(found);
 }
 
 bool is_turn_in_doubt(const slam::SelfCalibration& found) {
   return found.find("laser.yaw_deg")->sigma > kDoubtfulTurnDeg;
+}
+
+// As found where that is surely off, as assumed where it is not.
+LaserCalibration corrected_laser(const slam::SelfCalibration& found) {
+  LaserCalibration laser = found.calibration.laser;
+  const auto assumed = [&](const char* name) { return found.find(name)->before; };
+  if (!is_turned(found)) laser.yaw_deg = assumed("laser.yaw_deg");
+  if (!is_aside(found)) {
+    laser.x_m = assumed("laser.x_m");
+    laser.y_m = assumed("laser.y_m");
+  }
+  return laser;
 }
 
 Pose2 laser_as_assumed(const slam::SelfCalibration& found) {
@@ -124,19 +143,17 @@ SensorCalibration needed_correction(const slam::SelfCalibration& found, double b
     if (!gyro_is_late) needed.gyro.late_s = 0.0;
   }
   const slam::CalibratedParameter* upside_down = found.find("laser.upside_down");
-  if (sits_elsewhere(found) && !is_turn_in_doubt(found)) {
-    needed.laser = calibration.laser;
-  } else if (upside_down != nullptr && upside_down->verdict == slam::ParameterVerdict::applied) {
-    const Pose2 laser = laser_as_assumed(found);
-    needed.laser = {calibration.laser.channel, laser.x_m, laser.y_m, rad_to_deg(laser.theta_rad),
-                    calibration.laser.upside_down};
+  if (sits_elsewhere(found) && is_turn_in_doubt(found)) return needed;
+  if (sits_elsewhere(found) ||
+      (upside_down != nullptr && upside_down->verdict == slam::ParameterVerdict::applied)) {
+    needed.laser = corrected_laser(found);
   }
   return needed;
 }
 
 std::optional<Pose2> assumed_from_found_robot(const slam::SelfCalibration& found) {
   if (!sits_elsewhere(found)) return std::nullopt;
-  const LaserCalibration& laser = found.calibration.laser;
+  const LaserCalibration laser = corrected_laser(found);
   return laser_as_assumed(found) * Pose2{laser.x_m, laser.y_m, deg_to_rad(laser.yaw_deg)}.inverse();
 }
 

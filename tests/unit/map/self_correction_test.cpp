@@ -75,6 +75,9 @@ TEST(SelfCorrection, TheLaserIsPutWhereItSurelySits) {
     only_the_laser.laser = found.calibration.laser;
     EXPECT_EQ(measure(laser, 0.01, 0.1), only_the_laser);
   }
+  // Turned, and a hand's breadth ahead: the place stays the one that the recording names.
+  EXPECT_EQ(measure({0.3, 0.05, deg_to_rad(-80.0)}, 0.01, 0.1).laser,
+            (LaserCalibration{"LIDAR", 0.2, 0.0, found.calibration.laser.yaw_deg, false}));
 }
 
 // Off by 90 degrees, give or take 3: both paths are given, and nothing is corrected.

@@ -82,6 +82,16 @@ TEST(SelfCalibration, FindsWheelsLaserAndTimeTogether) {
   EXPECT_NEAR(result.calibration.odometry.left_scale, 0.9, 0.01);
 }
 
+// calibration.toml holds no more than a full turn.
+TEST(SelfCalibration, AHeadingThatIsFoundStaysWithinHalfATurn) {
+  SimulatedRobot robot = noisy_robot();
+  robot.robot_from_laser = {0.0, 0.0, deg_to_rad(170)};
+  CalibrationInput input = simulate(robot, varied_drive, 200.0);
+  input.gyro_heading.clear();
+  input.robot_from_laser.theta_rad = deg_to_rad(-100);
+  EXPECT_NEAR(self_calibrate(input).calibration.laser.yaw_deg, 170.0, 0.2);
+}
+
 // Odometry of a point that is not the axle's middle, and of a front that is another, by uneven
 // wheels.
 TEST(SelfCalibration, FindsTheAxleByItsOdometry) {

@@ -22,7 +22,7 @@ class PlainBase : public BaseDriver {
     set_link(connected ? BaseStatus::Link::up : BaseStatus::Link::down, "", now);
   }
   void receive(std::span<const uint8_t>, Utime) override {}
-  void shut_down(std::vector<uint8_t>&) override {}
+  std::vector<uint8_t> stop_bytes() const override { return {}; }
   int64_t bad_input() const override { return 0; }
   /// A control step.
   void advance(Utime now, std::vector<uint8_t>&) override {

@@ -115,7 +115,7 @@ TEST_F(MapSetUp, ThePathOfATurnedLasersRobotIsTheRobots) {
 }
 
 TEST_F(MapSetUp, WithoutOdometryThePathIsTheLasers) {
-  map(0.0, 0.0);
+  map(0.0, 0.0, {"--no-calibration"});
   const auto report = nlohmann::json::parse(files::read_whole_file(at("out") + "/report.json"));
   EXPECT_EQ(report["path_of"], "laser");
 }

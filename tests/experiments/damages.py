@@ -140,7 +140,8 @@ def judged(programs, out, truth, damage):
     """(n, mean or rms, largest, degrees) of one map."""
     path = os.path.join(out, "trajectory.tum")
     if truth.endswith(".relations") and damage.startswith("turned_"):
-        path = path_of_laser(path, float(damage.split("_")[1]))
+        # Odometry that drives backwards all the way is taken to count backwards: the robot drives ahead.
+        path = path_of_laser(path, float(damage.split("_")[1]) % 180)
     if truth.endswith(".relations"):
         said = run([f"{programs}/marco-evaluate", path, truth])
         found = re.search(r"n=(\d+) .*?mean=([\d.]+).*?max=([\d.]+).*?mean=([\d.]+)", said.stdout)

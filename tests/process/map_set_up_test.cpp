@@ -114,8 +114,45 @@ TEST_F(MapSetUp, ThePathOfATurnedLasersRobotIsTheRobots) {
   EXPECT_THAT(same_path({at("out") + "/slam.lcm"}), Not(HasSubstr("laser.")));
 }
 
+// The log's first `scans`, odometry's places off by `sigma_m`.
+std::string with_noisy_odometry(const std::string& log, int scans, double sigma_m) {
+  std::istringstream lines(log);
+  std::mt19937 random(4);
+  std::normal_distribution<double> noise(0.0, sigma_m);
+  std::string text;
+  for (std::string line; scans-- > 0 && std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string word;
+    for (int i = 0; words >> word; ++i) {
+      const bool place = i == 185 || i == 186;  // odom_x, odom_y
+      text +=
+          (i == 0 ? "" : " ") + (place ? std::to_string(std::stod(word) + noise(random)) : word);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+TEST_F(MapSetUp, ATurnThatIsInDoubtGivesBothPaths) {
+  const std::string turned = testing::ring_log(1.0, 1.0, 1.0, 1.0, {0.0, 0.0, deg_to_rad(90.0)});
+  files::write_whole_file(at("ring.log"), with_noisy_odometry(turned, 400, 0.18));
+  const Result result = run("marco-map", {at("ring.log"), "--out", at("out")});
+  EXPECT_THAT(result.output, HasSubstr("trajectory_as_found.tum by that"));
+  EXPECT_THAT(result.output, HasSubstr("verdict: doubtful"));
+  EXPECT_EQ(calibration().value("path_as_found", ""), "trajectory_as_found.tum");
+  const Trajectory as_said = files::read_tum(at("out") + "/trajectory.tum");
+  const Trajectory as_found = files::read_tum(at("out") + "/trajectory_as_found.tum");
+  ASSERT_EQ(as_said.size(), as_found.size());
+  // The first side is 11 m straight ahead; the laser looks to its left.
+  const Pose2 by_said = between(as_said.at(0).world_from_robot, as_said.at(100).world_from_robot);
+  const Pose2 by_found =
+      between(as_found.at(0).world_from_robot, as_found.at(100).world_from_robot);
+  EXPECT_NEAR(by_said.y_m, -10.0, 0.2);
+  EXPECT_NEAR(by_found.x_m, 10.0, 1.0);
+}
+
 TEST_F(MapSetUp, WithoutOdometryThePathIsTheLasers) {
-  map(0.0, 0.0);
+  map(0.0, 0.0, {"--no-calibration"});
   const auto report = nlohmann::json::parse(files::read_whole_file(at("out") + "/report.json"));
   EXPECT_EQ(report["path_of"], "laser");
 }

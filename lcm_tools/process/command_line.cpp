@@ -34,8 +34,12 @@ std::size_t indent_of(const std::string& line) {
 
 // Whether a line that was broken continues in the next one: prose does, up to its end in a list.
 bool flows_on(const std::string& line, const std::string& next) {
-  if (next.empty() || next.starts_with("Usage:") || indent_of(line) != indent_of(next))
+  const auto is_prose = [](const std::string& one) {
+    return one.find("  ", one.find_first_not_of(' ')) == std::string::npos;
+  };
+  if (next.empty() || next.starts_with("Usage:") || !is_prose(line) || !is_prose(next))
     return false;
+  if (indent_of(line) != indent_of(next)) return false;
   return indent_of(line) == 0 || std::string_view(".:;)").find(line.back()) == std::string::npos;
 }
 

@@ -12,6 +12,7 @@
 #include "lcm_tools/files/folder_journal.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
+#include "lcm_tools/process/wall_clock.hpp"
 #include "lcmtypes/channels.hpp"
 #include "marco/process_status_t.hpp"
 #include "marco/slam_command_t.hpp"
@@ -341,6 +342,7 @@ class WholeSaves : public WholeResults {
   void order_save(const std::string& folder) {
     said_.clear();
     slam_command_t order = {};
+    order.utime = process::wall_clock_us();
     order.command = slam_command_t::SAVE;
     order.folder = folder;
     bus_.publish(channels::kSlamCommand, order);

@@ -192,7 +192,7 @@ def main():
     if len(sys.argv) == 4:
         return 0
     text = ""
-    for path in [f"{root}/README.md", f"{root}/CONTRIBUTING.md", f"{root}/CHANGELOG.md", *sorted(glob.glob(f"{root}/docs/*.md"))]:
+    for path in [f"{root}/README.md", f"{root}/CONTRIBUTING.md", f"{root}/CHANGELOG.md", *sorted(set(glob.glob(f"{root}/docs/*.md")) - {f"{root}/docs/options.md"})]:
         with open(path) as page:
             text += page.read() + "\n"
     with tempfile.TemporaryDirectory() as folder:

@@ -71,7 +71,7 @@ TEST(CommandLine, HelpIsFoldedInProseAndBelowEachDescription) {
   std::fflush(stdout);
   const std::string help = ::testing::internal::GetCapturedStdout();
   EXPECT_THAT(help, HasSubstr("does not\n  continue;\n  another item\n"));
-  EXPECT_THAT(help, HasSubstr("name\n                              of it\n"));
+  EXPECT_THAT(help, HasSubstr("beside\n                              the name of it\n  --version"));
   EXPECT_THAT(help, ::testing::Not(HasSubstr("hidden")));
 }
 

@@ -152,9 +152,11 @@ int run(const Arguments& arguments) {
     list_others(drivers::DeviceKind::camera, "camera (marco-camera)");
   }
   if (!arguments.write_to.empty()) write_files(reports, arguments);
-  const bool is_trouble = std::any_of(reports.begin(), reports.end(),
-                                      [](const PortReport& one) { return !one.trouble.empty(); });
-  return !arguments.ports.empty() && is_trouble ? 1 : 0;
+  // That another process holds a port is an answer.
+  const bool answers = std::any_of(reports.begin(), reports.end(), [](const PortReport& one) {
+    return one.trouble.empty() || one.trouble.starts_with("held by ");
+  });
+  return arguments.ports.empty() || answers ? process::kExitDone : process::kExitFailed;
 }
 
 }  // namespace

@@ -25,6 +25,7 @@ expect "^base with Marco's text protocol, '[a-z]+' at 115200 on $folder/ports/ba
 expect "^$folder/nothing: no such device"
 expect "/laser.toml: measure how high the laser is; until then the base drives at most 0.2 m/s$"
 grep -q '^# position_m = ' "$folder/my robot/laser.toml" || fail "it invented a height"
+marco-devices "$folder/nothing" >"$folder/said" 2>&1 && fail "a port that is not there is no failure"
 marco-devices "$folder/ports/laser" --write "$folder/my robot" >"$folder/said" 2>&1 && fail "it overwrote files"
 expect "exists already"
 

@@ -34,7 +34,7 @@ Marco: indoor maps and 3D models from a 2D laser, on LCM.
   ./marco replay LOG [--speed X]       a log's input channels into the processes that run
   ./marco bridge [ws://ROBOT:8765]     maps with a robot of MBot, dimos, ROS 1 or ROS 2   (./marco bridge --help)
   ./marco spy [LOG]                    who says what, and who loses it   (./marco spy --help)
-  ./marco log COMMAND ...              info, cut, filter, merge, export, import, convert (LCM, ROS bags, MCAP), repair, play
+  ./marco log COMMAND ...              info, cut, filter, merge, export, import, convert (LCM, ROS bags, MCAP), repair, play, recordings, keep
   ./marco relay --listen PORT          LCM to hosts that multicast does not reach: Wi-Fi, VPN, cloud (docs/two_hosts.md)
   ./marco python [SCRIPT]              python3 with `import marco`: recordings as numpy arrays, maps, matching, a live robot
   ./marco test [--long]                build with warnings as errors, run every test

@@ -9,12 +9,12 @@ fail() { echo "FAILED: $*"; cat "$folder"/*.log 2>/dev/null; exit 1; }
 export XDG_RUNTIME_DIR="$folder/runtime" XDG_STATE_HOME="$folder/state" MARCO_RUN="$folder/run"
 
 # The front door's own function, with the programs that are to be tested.
-eval "$(sed -n '/^run_script()/,/^}/p' "$2/marco")"
+eval "$(sed -n '/^run_script()/,/^}/p; /^set_run_folder()/p' "$2/marco")"
 declare -f run_script >/dev/null || fail 'the front door has no run_script'
 root="$2" bin="$1" name=./marco here="$folder"
 mkdir -p "$MARCO_RUN"
 cat >"$folder/robot.procman" <<TEXT
-cmd "base" { exec = "bash -c 'echo \$\$ >$folder/base.pid; touch $MARCO_RUN/live.lcm.0; exec sleep 1000'"; deputy = "localhost"; }
+cmd "base" { exec = "bash -c 'echo \$\$ >$folder/base.pid; mkdir -p $MARCO_RUN/recordings/now; touch $MARCO_RUN/recordings/now/live.lcm.00; exec sleep 1000'"; deputy = "localhost"; }
 cmd "spare" { exec = "sleep 1000"; deputy = "localhost"; }
 script "drive" { start cmd "base" wait "running"; }
 TEXT
@@ -56,5 +56,5 @@ kill -TERM "$first"
 wait "$first" || fail 'the first run ended with an error'
 kill -0 "$base" 2>/dev/null && fail 'a command outlived the run'
 grep -q 'stops what still runs: base' "$folder/first.log" || fail 'what still ran was not said'
-grep -q "recorded: $MARCO_RUN/live.lcm.0" "$folder/first.log" || fail 'where the recording lies was not said'
+grep -q "recorded: $MARCO_RUN/recordings/now/live.lcm.00" "$folder/first.log" || fail 'where the recording lies was not said'
 echo 'SIGTERM stopped all, and said what and where'

@@ -108,7 +108,8 @@ TEXT
 Starts a robot's processes under the sheriff, with a deputy of its own, and runs the script NAME of the file.
 Scripts of ours are config/*.procman, from any folder. Without a terminal there is no screen: NAME is needed, and what it starts keeps running
 until Ctrl-C or SIGTERM.
-Results, recordings and ports are in out/run (MARCO_RUN says otherwise).
+Results, recordings and ports are in out/run (MARCO_RUN says otherwise). Each run begins a new map; that of the run before is
+kept, and MARCO_RESUME=FILE resumes it.
 Options go to the sheriff; marco-procman-sheriff --help lists them all. The most useful:
   -n, --no-gui                        no screen: run the script, print what happens
   --on-script-complete exit|observer  when the script is done: exit, stopping what it started, or watch (the default)

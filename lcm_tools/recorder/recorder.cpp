@@ -39,13 +39,13 @@ std::vector<Recording> Recorder::look() {
 }
 
 std::string Recorder::make_room() {
-  // Going on needs a little more than stopping did, or it would be stopped again at once.
-  constexpr double kMoreToGoOn = 1.05;
+  // Resuming needs a little more than stopping did, or it would be stopped again at once.
+  constexpr double kMoreToResume = 1.05;
   const std::vector<Recording> all = look();
   DiskSpace asked = disk_;
   const int64_t reserve = reserve_bytes(disk_);
   if (!waiting_.empty()) {
-    asked.free_bytes -= static_cast<int64_t>((kMoreToGoOn - 1.0) * static_cast<double>(reserve));
+    asked.free_bytes -= static_cast<int64_t>((kMoreToResume - 1.0) * static_cast<double>(reserve));
   }
   for (const Recording& oldest : in_the_way(all, asked)) {
     remove(oldest);

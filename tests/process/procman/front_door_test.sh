@@ -20,7 +20,14 @@ script "drive" { start cmd "base" wait "running"; }
 TEXT
 
 echo 'the old map' >"$MARCO_RUN/slam.checkpoint"
-(run_script "$folder/robot.procman" drive) >"$folder/first.log" 2>&1 </dev/null &
+# A service manager kills the sheriff when its heartbeat stops.
+python3 -c 'import socket, sys
+ear = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+ear.bind(sys.argv[1])
+while True: print(ear.recv(4096).decode(), flush=True)' "$folder/notify" >"$folder/beats.txt" &
+started+=("$!")
+for _ in $(seq 100); do [ -S "$folder/notify" ] && break; sleep 0.05; done
+(export NOTIFY_SOCKET="$folder/notify"; run_script "$folder/robot.procman" drive) >"$folder/first.log" 2>&1 </dev/null &
 first=$!
 started+=("$first")
 for _ in $(seq 400); do grep -q 'these keep running: base' "$folder/first.log" && break; sleep 0.1; done
@@ -29,6 +36,9 @@ grep -q 'these keep running: base' "$folder/first.log" || fail 'the first run di
 old=$(sed -n 's/.*MARCO_RESUME=\([^ ]*\) .*/\1/p' "$folder/first.log")
 [ "$(cat "$old")" = 'the old map' ] || fail 'the old map is gone, or where it is was not said'
 base=$(cat "$folder/base.pid")
+beats=$(wc -l <"$folder/beats.txt")
+sleep 2
+[ "$(wc -l <"$folder/beats.txt")" -ge $((beats + 4)) ] || fail 'the sheriff has no heartbeat'
 
 # One command of a run is given orders from outside, as the page does.
 order() { "$bin/marco-procman-order" "$@" >>"$folder/orders.log" 2>&1; }

@@ -52,7 +52,6 @@ function(marco_install_front_door)
   foreach(script packages build help demo)
     install(FILES ${PROJECT_SOURCE_DIR}/tools/${script}.sh DESTINATION ${share}/tools ${component})
   endforeach()
-  install(PROGRAMS ${PROJECT_SOURCE_DIR}/tools/record.sh DESTINATION ${share}/tools ${component})
   install(FILES ${PROJECT_SOURCE_DIR}/tools/completion.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
           ${component} RENAME marco-robot)
   # $MARCO_ROOT/marco in procman scripts.

@@ -27,7 +27,9 @@ run_demo() {
   if [ $live = yes ]; then
     say "driving a tour of the lab in real time; what the processes say is in $out/state"
     demo_script "$out" sim.procman demo
-    mv "$out/live.lcm.0" "$out/lab.lcm"
+    local recordings=("$out"/recordings/*/)  # this run's is the last one
+    mv "${recordings[-1]}live.lcm.00" "$out/lab.lcm"
+    rm -r "${recordings[-1]}"
     say "playing the recording into a new SLAM, at 5 times its speed"
     MARCO_RECORDING="$out/lab.lcm" demo_script "$out" replay.procman recording
   else

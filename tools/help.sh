@@ -44,7 +44,8 @@ A robot that runs:
   ./marco relay --listen PORT          LCM to hosts that multicast does not reach: Wi-Fi, VPN, cloud (docs/two_hosts.md)
 
 Recordings and messages:
-  ./marco log COMMAND ...              info, cut, filter, merge, export, import, convert (LCM, ROS bags, MCAP), repair, play
+  ./marco log COMMAND ...              info, cut, filter, merge, export, import, convert (LCM, ROS bags, MCAP), repair, play,
+                                       recordings, keep
   ./marco replay LOG [--speed X]       a log's input channels into the processes that run
   ./marco spy [LOG]                    who says what, and who loses it   (./marco spy --help)
 
@@ -120,7 +121,8 @@ TEXT
 Starts a robot's processes under the sheriff, with a deputy of its own, and runs the script NAME of the file.
 Scripts of ours are config/*.procman, from any folder. Without a terminal there is no screen: NAME is needed, and what it starts keeps running
 until Ctrl-C or SIGTERM.
-Results, recordings and ports are in out/run (MARCO_RUN says otherwise).
+Results, recordings and ports are in out/run (MARCO_RUN says otherwise). Each run begins a new map; that of the run before is
+kept, and MARCO_RESUME=FILE resumes it.
 Options go to the sheriff; marco-procman-sheriff --help lists them all. The most useful:
   -n, --no-gui                        no screen: run the script, print what happens
   --on-script-complete exit|observer  when the script is done: exit, stopping what it started, or watch (the default)

@@ -56,6 +56,18 @@ struct RepairArguments {
 };
 void run_repair(const RepairArguments& arguments);
 
+struct RecordingsArguments {
+  std::string home;  ///< "" = recorder::default_home()
+};
+/// What marco-recorder recorded: name, length, size, and what is never deleted.
+void run_recordings(const RecordingsArguments& arguments);
+
+struct KeepArguments {
+  std::vector<std::string> recordings;  ///< folders, or names in recorder::default_home()
+  bool undo = false;
+};
+void run_keep(const KeepArguments& arguments);
+
 struct ExportArguments {
   std::string in, out;
   std::string format;  ///< name of an ExportFormat; "" = by the ending of OUT

@@ -108,6 +108,17 @@ void add_repair(process::CommandLine& program) {
   add_force(command.app, repair.existing);
 }
 
+void add_recordings(process::CommandLine& program) {
+  auto [list, arguments] = add<RecordingsArguments>(
+      program, "recordings", "what marco-recorder recorded: name, length, size, kept",
+      run_recordings);
+  list.app.add_option("FOLDER", arguments.home, "default: $MARCO_RUN/recordings, or ./recordings");
+  auto [keep, kept] = add<KeepArguments>(
+      program, "keep", "recordings that are never deleted to make room", run_keep);
+  keep.app.add_option("RECORDING", kept.recordings, "name or folder").required();
+  keep.app.add_flag("--undo", kept.undo, "they may be deleted again");
+}
+
 void add_export(process::CommandLine& program, const Extensions& extensions) {
   std::vector<std::string> names;
   const std::vector<ExportFormat> formats = export_formats(extensions);
@@ -166,6 +177,7 @@ int parse_and_run(int argc, char** argv, const Extensions& extensions) {
   add_select(app, false);
   add_merge(app);
   add_repair(app);
+  add_recordings(app);
   for (const auto& add_command : extensions.commands) add_command(app);
   add_export(app, extensions);
   add_play(app, extensions);

@@ -143,6 +143,8 @@ LcmBus::LcmBus(const std::string& url)
 
 LcmBus::~LcmBus() = default;
 
+std::string LcmBus::url() const { return with_buffer(effective_url_); }
+
 void LcmBus::subscribe_raw(const std::string& channel_regex, RawHandler handler) {
   subscribe_some(channel_regex, {}, std::move(handler));
 }

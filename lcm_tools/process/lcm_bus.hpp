@@ -68,6 +68,8 @@ class LcmBus : public Bus {
   bool waiting() const { return queued_ > 0; }
 
   lcm::LCM& lcm() { return lcm_; }
+  /// With the receive buffer that it asks for: for programs of others on the same network.
+  std::string url() const;
 
   /// Called once for each message, before its handlers. A new tap replaces the old one.
   void set_tap(RawHandler tap) { tap_ = std::move(tap); }

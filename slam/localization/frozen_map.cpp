@@ -4,6 +4,16 @@
 
 namespace marco::slam {
 
+Beams beams_of(const OrientedPoints& points_in_robot, const Eigen::Vector2d& sensor_in_robot) {
+  const Points2& ends = points_in_robot.points;
+  Beams beams{ends, sensor_in_robot.replicate(1, ends.cols()), {}};
+  for (Eigen::Index i = 0; i < ends.cols(); ++i) {
+    beams.clear_m.push_back(
+        clear_length_m(ends.col(i) - sensor_in_robot, points_in_robot.normals.col(i)));
+  }
+  return beams;
+}
+
 FrozenMap::FrozenMap(std::vector<Keyframe> keys,
                      const LocalizerOptions& options,
                      const SlamOptions& slam)

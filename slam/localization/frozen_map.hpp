@@ -45,6 +45,8 @@ struct LocalizerOptions {
   }
 };
 
+Beams beams_of(const OrientedPoints& points_in_robot, const Eigen::Vector2d& sensor_in_robot);
+
 /// A saved map that does not change, and fine matches against it about a place.
 class FrozenMap {
  public:

@@ -4,20 +4,8 @@
 #include "slam/localization/place_gates.hpp"
 
 namespace marco::slam {
-namespace {
 
 using namespace place_gates;
-
-Beams beams_of(const OrientedPoints& points, const Eigen::Vector2d& sensor_in_robot) {
-  Beams beams{points.points, sensor_in_robot.replicate(1, points.points.cols()), {}};
-  for (Eigen::Index i = 0; i < points.points.cols(); ++i) {
-    beams.clear_m.push_back(
-        clear_length_m(points.points.col(i) - sensor_in_robot, points.normals.col(i)));
-  }
-  return beams;
-}
-
-}  // namespace
 
 void LocalizedPath::keep_nothing() {
   is_kept_ = false;

@@ -26,16 +26,35 @@ std::optional<FoundPlace> SessionFinder::look(const std::vector<Keyframe>& sessi
   if (estimate_.status != PlaceEstimate::Status::localized) return std::nullopt;
   const Keyframe& newest = session.back();
   const Pose2 guess = estimate_.candidates.front().map_from_session * newest.world_from_robot;
-  const SurfelMatch fine = map_->match(newest.points_in_robot, guess, nullptr);
-  // The finder is right to some centimetres; a match that goes elsewhere contradicts it.
-  constexpr double kAgreesM = 0.3;
-  const Pose2 moved = between(guess, fine.map_from_robot);
   const double wanted =
       std::min(options_.good_overlap, 0.8 * estimate_.candidates.front().explained);
-  if (fine.status == SurfelMatch::Status::no_overlap || fine.overlap < wanted ||
+  auto place = refined(newest, guess, wanted);
+  if (!place) estimate_.status = PlaceEstimate::Status::candidates;
+  return place;
+}
+
+std::optional<FoundPlace> SessionFinder::look_at(const Keyframe& newest,
+                                                 const Pose2& map_from_robot_guess,
+                                                 double explained) {
+  auto place = refined(newest, map_from_robot_guess, explained);
+  if (!place) return std::nullopt;
+  const Agreement says = map_->places().agreement(
+      beams_of(newest.points_in_robot, newest.sensor_in_robot), place->map_from_robot);
+  const bool fits = says.explained >= explained &&
+                    says.in_free <= options_.finder.sure_contradicted * says.explained;
+  return fits ? place : std::nullopt;
+}
+
+std::optional<FoundPlace> SessionFinder::refined(const Keyframe& newest,
+                                                 const Pose2& guess,
+                                                 double overlap) {
+  const SurfelMatch fine = map_->match(newest.points_in_robot, guess, nullptr);
+  // The guess is right to some centimetres; a match that goes elsewhere contradicts it.
+  constexpr double kAgreesM = 0.3;
+  const Pose2 moved = between(guess, fine.map_from_robot);
+  if (fine.status == SurfelMatch::Status::no_overlap || fine.overlap < overlap ||
       moved.translation_m().norm() > kAgreesM ||
       std::abs(moved.theta_rad) > deg_to_rad(options_.finder.apart_deg)) {
-    estimate_.status = PlaceEstimate::Status::candidates;
     return std::nullopt;
   }
   return FoundPlace{fine.map_from_robot, map_->covariance_of(fine.information), fine.overlap,

@@ -24,11 +24,19 @@ class SessionFinder {
   /// Call after each new keyframe of the session. Where nothing was found over a long way it
   /// searches seldom. @returns the newest keyframe's place, once.
   std::optional<FoundPlace> look(const std::vector<Keyframe>& session);
+  /// Whether the newest keyframe was taken here, by its beams and a fine match; searches nowhere
+  /// else.
+  /// @param explained  part of its beams that must end on walls of the map
+  std::optional<FoundPlace> look_at(const Keyframe& newest,
+                                    const Pose2& map_from_robot_guess,
+                                    double explained);
   /// The result of the last look.
   const PlaceEstimate& estimate() const { return estimate_; }
   void restart();
 
  private:
+  std::optional<FoundPlace> refined(const Keyframe& newest, const Pose2& guess, double overlap);
+
   FrozenMap* map_;
   LocalizerOptions options_;
   PlaceFinder finder_;

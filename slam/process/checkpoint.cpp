@@ -1,5 +1,13 @@
 #include "slam/process/checkpoint.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <ctime>
+
 #include "common/byte_archive.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 
@@ -93,6 +101,8 @@ std::filesystem::path before(const std::filesystem::path& path) {
   return path.string() + ".before";
 }
 
+std::filesystem::path ended(const std::filesystem::path& path) { return path.string() + ".ended"; }
+
 }  // namespace
 
 std::string encode_adapter_state(const AdapterState& state) {
@@ -115,6 +125,7 @@ void save_adapter_state(const std::filesystem::path& path, const AdapterState& s
   const std::string bytes = encode_adapter_state(state);
   // The one before gets a second name: there is a whole one under the first at any moment.
   std::error_code none;
+  std::filesystem::remove(ended(path), none);
   std::filesystem::remove(before(path), none);
   std::filesystem::create_hard_link(path, before(path), none);
   if (none) std::filesystem::copy_file(path, before(path), none);
@@ -132,6 +143,40 @@ std::optional<AdapterState> load_adapter_state(
     }
   }
   return std::nullopt;
+}
+
+std::string time_of(const std::filesystem::path& checkpoint) {
+  struct stat status = {};
+  stat(checkpoint.c_str(), &status);
+  std::tm local = {};
+  localtime_r(&status.st_mtime, &local);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%d_%H-%M-%S", &local);
+  return text;
+}
+
+void put_checkpoint_aside(const std::filesystem::path& path,
+                          const std::function<void(const std::string&)>& warn) {
+  for (const std::filesystem::path& old : {path, before(path)}) {
+    if (!std::filesystem::exists(old)) continue;
+    const std::string aside = old.string() + "." + time_of(old);
+    std::filesystem::rename(old, aside);
+    if (warn) warn("it was put aside: " + aside);
+  }
+}
+
+void mark_ended(const std::filesystem::path& path) { files::write_whole_file(ended(path), ""); }
+
+CheckpointLock::CheckpointLock(const std::filesystem::path& path)
+    : lock_(open((path.string() + ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
+  if (lock_ >= 0 && flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    close(lock_);
+    throw std::runtime_error("another process uses the checkpoint " + path.string());
+  }
+}
+
+CheckpointLock::~CheckpointLock() {
+  if (lock_ >= 0) close(lock_);
 }
 
 }  // namespace marco::slam

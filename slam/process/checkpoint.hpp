@@ -43,4 +43,28 @@ void save_adapter_state(const std::filesystem::path& path, const AdapterState& s
 std::optional<AdapterState> load_adapter_state(const std::filesystem::path& path,
                                                const std::function<void(const std::string&)>& warn);
 
+/// When it was written, as a part of file names: 2026-11-28_14-03-22, local time.
+std::string time_of(const std::filesystem::path& checkpoint);
+
+/// Renames `path` and the one before to names with their times, where they exist.
+/// @param warn  told so
+void put_checkpoint_aside(const std::filesystem::path& path,
+                          const std::function<void(const std::string&)>& warn);
+
+/// Its process ended in order: `path`.ended is there until the next save.
+void mark_ended(const std::filesystem::path& path);
+
+/// Held by the process that reads and writes `path`, until its end.
+class CheckpointLock {
+ public:
+  /// @throws std::runtime_error when another process holds it
+  explicit CheckpointLock(const std::filesystem::path& path);
+  ~CheckpointLock();
+  CheckpointLock(const CheckpointLock&) = delete;
+  CheckpointLock& operator=(const CheckpointLock&) = delete;
+
+ private:
+  int lock_;
+};
+
 }  // namespace marco::slam

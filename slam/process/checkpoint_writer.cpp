@@ -13,6 +13,11 @@ bool CheckpointWriter::is_due(Utime utime) {
   return true;
 }
 
+void CheckpointWriter::write_in_foreground() {
+  if (const std::string failure = job_.wait(); !failure.empty()) drops_.count(failure);
+  in_background_ = false;
+}
+
 void CheckpointWriter::write(std::function<void()> job) {
   const auto quietly = [job = std::move(job)]() -> std::string {
     try {

@@ -22,6 +22,8 @@ class CheckpointWriter {
   /// Whether one is due; a clock that steps back far makes it due, too. One that is still being
   /// written is waited for by not being due.
   bool is_due(Utime utime);
+  /// Waits for the disk; what follows does, too.
+  void write_in_foreground();
   /// @param job  writes; throws std::runtime_error when it cannot, on a full disk
   void write(std::function<void()> job);
 

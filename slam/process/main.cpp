@@ -52,6 +52,8 @@ int main(int argc, char** argv) {
     if (process::prints_config(arguments, options)) return 0;
     process::start_logging("marco-slam", arguments.log_level);
     process::catch_stop_signals();
+    std::optional<slam::CheckpointLock> lock;
+    if (!options.checkpoint_path.empty()) lock.emplace(options.checkpoint_path);
     process::LcmBus bus(arguments.lcm_url);
     bus.keep_going_without_network();
     ForeignBus sensors(bus, process::load_options<ForeignTable>(foreign_table),
@@ -71,6 +73,7 @@ int main(int argc, char** argv) {
         slam.resumed() ? ", resumed from " + options.checkpoint_path : "");
     loop.run_until_stopped();
     slam.finish();
+    slam.end_checkpoint();
     loop.say_replies();
     spdlog::info("{}; loops taken over late: {}", slam.drops().summary(), slam.late_loop_work());
     return 0;

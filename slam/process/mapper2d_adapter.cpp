@@ -20,8 +20,8 @@ Mapper2dAdapter::Mapper2dAdapter(process::Bus& bus,
       input_(options.input,
              lcm_channel_names(),
              [this](const std::string& cause) { drops_.count(cause); }),
-      options_(options),
-      checkpoints_(options.checkpoint_every_s, drops_) {
+      checkpoints_(options.checkpoint_every_s, drops_),
+      options_(options) {
   subscribe(map_channel);
 }
 

@@ -138,6 +138,7 @@ class Mapper2dAdapter {
   MappingProgress progress_;
   bool paused_ = false;
   bool resumed_ = false;
+  CheckpointWriter checkpoints_;
 
  private:
   void subscribe(const char* map_channel);
@@ -146,7 +147,6 @@ class Mapper2dAdapter {
   std::string execute_command(const SlamOrder& order);
 
   Mapper2dAdapterOptions options_;
-  CheckpointWriter checkpoints_;
   bool keep_scans_ = false;
   bool path_is_kept_ = true;
 };

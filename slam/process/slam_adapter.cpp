@@ -26,8 +26,11 @@ SlamAdapter::SlamAdapter(process::Bus& bus,
       grid_(options.slam.grid) {
   validate(options, "slam_process");
   if (options_.checkpoint_path.empty()) return;
-  if (auto state = load_adapter_state(options_.checkpoint_path, warn)) {
-    restore(std::move(*state));
+  auto state = load_adapter_state(options_.checkpoint_path, warn);
+  if (!state) {
+    put_checkpoint_aside(options_.checkpoint_path, warn);
+  } else {
+    resume(std::move(*state));
     resumed_ = true;
   }
 }
@@ -88,6 +91,7 @@ MappedScan SlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
         reordered_times_s(scan.scan, scan.motion.scan_period_s, *scan.beam_order.order, order));
   }
   note_doubtful(scan, may_draw);
+  give_up_resuming();
   const bool loop_closed = exchange_loop_work(utime);
   const SlamUpdate update = session_.process(input);
   if (update.covered) drops_.count("laser was covered");
@@ -168,17 +172,21 @@ std::string SlamAdapter::save(const std::filesystem::path& folder) {
   require(session_.mode() != MappingSession::Mode::localizing,
           "SAVE: while localizing, the map is not changed");
   // Alone, what was driven since would take the place of the map that it is to extend.
-  require(session_.mode() != MappingSession::Mode::extending || session_.joined(),
-          "SAVE: the robot has not been found yet in the map that it extends");
-  require(!session_.keys().empty(), "SAVE: there is no map yet: " + mapping_line());
-  return orders_.write(
-      [folder,
-       map = session_.saved(process::print_options(options_.slam, process::Printed::changed)),
-       drawing = options_.slam.grid] {
-        save_map_folder(folder, map, drawing);
-        return "SAVE " + folder.string() + ": saved " +
-               std::to_string(map.slam.keyframes.keys.size()) + " keyframes";
-      });
+  const SavedMap* waiting = session_.waiting_map();
+  require(
+      waiting != nullptr || session_.mode() != MappingSession::Mode::extending || session_.joined(),
+      "SAVE: the robot has not been found yet in the map that it extends");
+  require(waiting != nullptr || !session_.keys().empty(),
+          "SAVE: there is no map yet: " + mapping_line());
+  return orders_.write([folder,
+                        map = waiting != nullptr ? *waiting
+                                                 : session_.saved(process::print_options(
+                                                       options_.slam, process::Printed::changed)),
+                        drawing = options_.slam.grid] {
+    save_map_folder(folder, map, drawing);
+    return "SAVE " + folder.string() + ": saved " + std::to_string(map.slam.keyframes.keys.size()) +
+           " keyframes";
+  });
 }
 
 std::string SlamAdapter::execute_on_map(const SlamOrder& order) {
@@ -210,6 +218,11 @@ std::string SlamAdapter::mapping_line() const {
   const PlaceEstimate* estimate = session_.estimate();
   const Localizer* localizer = session_.localizer();
   if (localizer != nullptr && localizer->is_localized()) return "localized";
+  if (session_.waiting_map() != nullptr) {
+    return "looking for the robot in the map of " +
+           std::to_string(session_.waiting_map()->slam.keyframes.keys.size()) +
+           " keyframes that is to be resumed";
+  }
   if (session_.keys().empty() && !scan_is_level_) return "no map: the laser is not level";
   if (estimate == nullptr) return std::to_string(slam().key_count()) + " keyframes";
   return estimate->candidates.empty() ? "not found in the map yet"
@@ -223,6 +236,45 @@ AdapterState SlamAdapter::state() const {
 
 void SlamAdapter::restore(AdapterState state) {
   session_.restore(state.map);
+  restore_input(state);
+}
+
+void SlamAdapter::resume(AdapterState state) {
+  if (state.map.slam.keyframes.keys.empty()) return restore(std::move(state));
+  session_.resume(std::move(state.map));
+  restore_input(state);
+}
+
+void SlamAdapter::give_up_resuming() {
+  constexpr double kLongestM = 20.0;  // the finder looks closely over the first 15 m
+  const auto old = session_.give_up_after(kLongestM);
+  if (!old) return;
+  const std::filesystem::path checkpoint = options_.checkpoint_path;
+  const std::filesystem::path home = options_.maps_folder.empty()
+                                         ? checkpoint.parent_path()
+                                         : std::filesystem::path(options_.maps_folder);
+  const std::filesystem::path folder = home / ("before_" + time_of(checkpoint));
+  try {
+    save_map_folder(folder, *old, options_.slam.grid);
+    drops_.count(
+        "the robot was not found in the map of before: a new map is begun, the old one is " +
+        folder.string());
+  } catch (const std::runtime_error& full) {
+    put_checkpoint_aside(checkpoint, [this](const std::string& line) { drops_.count(line); });
+  }
+}
+
+void SlamAdapter::end_checkpoint() {
+  if (options_.checkpoint_path.empty()) return;
+  checkpoints_.write_in_foreground();
+  auto job = checkpoint_job();
+  checkpoints_.write([&] {
+    if (job) job();
+    mark_ended(options_.checkpoint_path);
+  });
+}
+
+void SlamAdapter::restore_input(AdapterState& state) {
   input_.restore(std::move(state.input));
   progress_ = std::move(state.progress);
   drops_.restore(state.received, std::move(state.drops));

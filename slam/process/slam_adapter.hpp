@@ -34,7 +34,7 @@ struct SlamAdapterOptions : Mapper2dAdapterOptions {
 };
 
 /// Scan SLAM's adapter: publishes GRID_MAP beside what every Mapper2dAdapter does, and resumes from
-/// options.checkpoint_path when that file exists.
+/// options.checkpoint_path when that file exists; one that cannot be read is put aside.
 ///
 /// Live, after close_loops_in_background(), no scan waits for a loop search, an optimization or the
 /// disk:
@@ -70,6 +70,12 @@ class SlamAdapter : public Mapper2dAdapter {
   /// Everything it knows; what restore() takes continues as if it had never stopped. Mapping only.
   AdapterState state() const;
   void restore(AdapterState state);
+  /// Resumes a map after a stop, once scans have shown that the robot is in it: see
+  /// MappingSession::resume. One that is not found within a drive begins a new map; the other is
+  /// put aside, among the saved maps. @throws std::invalid_argument for a map without a place.
+  void resume(AdapterState state);
+  /// The newest state, onto the disk: SLAM was ended on purpose.
+  void end_checkpoint();
   int64_t late_loop_work() const { return late_loop_work_; }
 
   const MappingSession& session() const { return session_; }
@@ -84,6 +90,8 @@ class SlamAdapter : public Mapper2dAdapter {
   std::string execute_on_map(const SlamOrder& order) override;
   std::function<void()> checkpoint_job() override;
   std::string mapping_line() const override;
+  void restore_input(AdapterState& state);
+  void give_up_resuming();
 
   /// A scan, and what it was asked to do.
   struct DoubtfulScan {

@@ -64,6 +64,29 @@ void MappingSession::extend(SavedMap map) {
   to_extend_.map = std::move(map);
 }
 
+void MappingSession::resume(SavedMap map) {
+  extend(std::move(map));
+  to_extend_.resumed.emplace(to_extend_.map.slam, slam_options_.motion);
+}
+
+std::optional<SavedMap> MappingSession::give_up_after(double path_m) {
+  if (waiting_map() == nullptr || keys().empty() || keys().back().path_m < path_m) {
+    return std::nullopt;
+  }
+  mode_ = Mode::mapping;
+  history_ = SessionHistory(0);
+  return std::exchange(to_extend_, {}).map;
+}
+
+std::optional<FoundPlace> MappingSession::look(const MotionInput& now) {
+  if (to_extend_.resumed) {
+    if (auto place = to_extend_.resumed->look(*to_extend_.finder, slam_.keys().back(), now)) {
+      return place;
+    }
+  }
+  return to_extend_.finder->look(slam_.keys());
+}
+
 Localizer MappingSession::localizer_in(SavedMap map) const {
   return {std::move(map.slam.keyframes.keys), localizer_options_, slam_options_};
 }
@@ -129,7 +152,11 @@ SlamUpdate MappingSession::process(const SlamInput& input) {
   SlamUpdate update = slam_.process(input);
   if (!is_alone()) return update;
   if (update.became_key) {
-    if (const auto place = to_extend_.finder->look(slam_.keys())) {
+    if (const auto place = look(input.motion)) {
+      if (slam_.keys().size() == 1 && to_extend_.resumed && to_extend_.resumed->is_continued()) {
+        restore(SavedMap(std::move(to_extend_.map)));
+        return slam_.process(input);
+      }
       findings_.push_back({input.scan.utime, slam_.keys().back().path_m, *place});
       join(*place);
       update.world_from_robot = slam_.trajectory().back().world_from_robot;
@@ -182,6 +209,9 @@ const PlaceEstimate* MappingSession::estimate() const {
 
 ScanVelocity MappingSession::velocity_during(const std::optional<Pose2>& odometry_step,
                                              double duration_s) const {
+  if (to_extend_.resumed && slam_.keys().empty()) {
+    return to_extend_.resumed->motion().velocity_during(odometry_step, duration_s);
+  }
   return localizer_ ? localizer_->velocity_during(odometry_step, duration_s)
                     : slam_.velocity_during(odometry_step, duration_s);
 }

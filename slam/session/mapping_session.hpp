@@ -6,6 +6,7 @@
 
 #include "slam/localization/localizer.hpp"
 #include "slam/mapper2d.hpp"
+#include "slam/session/resumed_place.hpp"
 #include "slam/session/session_history.hpp"
 
 namespace marco::slam {
@@ -23,6 +24,12 @@ class MappingSession : public Mapper2d {
   /// Forgets everything, starts a new map, and joins `map` when it has found itself in it.
   /// @throws std::invalid_argument for a map that holds nothing to find a place by.
   void extend(SavedMap map);
+  /// The same with a map that was being made: looks first where its robot was, then everywhere.
+  /// Until it has joined, `map` is waiting_map(). @throws as extend.
+  void resume(SavedMap map);
+  /// Extending or resuming, it was not found over `path_m`: what was driven is a map of its own
+  /// from here on. @returns the map in which it was not found; nothing where it still looks
+  std::optional<SavedMap> give_up_after(double path_m);
   /// What looks for itself in `map`; changes nothing. @throws as extend.
   Localizer localizer_in(SavedMap map) const;
   /// Forgets everything and localizes.
@@ -51,6 +58,10 @@ class MappingSession : public Mapper2d {
   const MapEdits& mended() const { return mended_; }
 
   Mode mode() const { return mode_; }
+  /// It looks for itself in a map that it was to resume; nullptr when it does not.
+  const SavedMap* waiting_map() const {
+    return is_alone() && to_extend_.resumed ? &to_extend_.map : nullptr;
+  }
   /// extending: it has been found in the map that it extends.
   bool joined() const { return to_extend_.joined; }
   const Slam& slam() const { return slam_; }
@@ -88,10 +99,12 @@ class MappingSession : public Mapper2d {
   struct MapToExtend {
     std::unique_ptr<FrozenMap> frozen;
     std::optional<SessionFinder> finder;
+    std::optional<ResumedPlace> resumed;
     SavedMap map;
     bool joined = false;
   };
 
+  std::optional<FoundPlace> look(const MotionInput& now);
   void join(const FoundPlace& place);
   /// Whether the scans are not, or not yet, part of the map that they are to extend.
   bool is_alone() const { return mode_ == Mode::extending && !to_extend_.joined; }

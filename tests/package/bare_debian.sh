@@ -72,10 +72,10 @@ unshare -n chroot "$root" sh -c 'ip link set lo up multicast on; ip route add 22
   exec setpriv --reuid=1234 --regid=1234 --clear-groups env -i PATH="$PATH" HOME=/home/user python3 /page.py' || fail "the page"
 
 # A user's configuration goes with purge, recordings stay with their owner.
-within sh -c 'echo x >/etc/marco-robot/robot.procman; install -d -o marco-robot /var/lib/marco-robot/run; echo x >/var/lib/marco-robot/run/live.lcm.0'
+within sh -c 'echo x >/etc/marco-robot/robot.procman; install -d -o marco-robot /var/lib/marco-robot/run/recordings; echo x >/var/lib/marco-robot/run/recordings/live.lcm.00'
 within sh -c 'apt-get purge -y -qq marco-robot marco-robot-viewer lcm-tools python3-marco-robot libmarco-robot-dev marco-robot-doc' \
   >"$root.said" 2>&1 || { tail -20 "$root.said"; fail purge; }
-[ -e "$root/var/lib/marco-robot/run/live.lcm.0" ] || fail "purge took a recording"
+[ -e "$root/var/lib/marco-robot/run/recordings/live.lcm.00" ] || fail "purge took a recording"
 find "$root/etc" "$root/usr" "$root/opt" "$root/srv" "$root/lib" -xdev -path '*marco*' | diff "$root.before" - || fail "purge left files"
 within sh -c 'rm -r /var/lib/marco-robot; apt-get install -y -qq --no-install-recommends /packages/lcm-tools_*.deb /packages/marco-robot_*.deb &&
   apt-get purge -y -qq marco-robot lcm-tools' >"$root.said" 2>&1 || { tail -20 "$root.said"; fail "install and purge again"; }

@@ -78,21 +78,29 @@ class SlamOrders : public ::testing::Test {
     send(info);
     for (int i = first; i < last; ++i) {
       LaserScan scan = room_.scan(true_pose(i));
-      scan.utime = Utime::from_us(1'000'000 + i * 100'000);
+      scan.utime = Utime::from_us(1'000'000 + off_us_ + i * 100'000);
       OdometrySample odometry;
       odometry.utime = scan.utime;
-      odometry.odom_from_robot = true_pose(i);
+      odometry.odom_from_robot = odom_from_world_ * true_pose(i);
       send(odometry);
       const int before = poses_;
       send(scan);
       for (int wait = 0; wait < 50 && poses_ == before; ++wait) bus_.handle_once(100);
     }
   }
-  static Pose2 true_pose(int i) {
-    Pose2 pose{-3.0, -2.0, 0.2};
-    for (int step = 0; step < i; ++step) pose = pose * Pose2{0.06, 0, 0.02};
+  Pose2 true_pose(int i) const {
+    Pose2 pose = start_;
+    for (int step = 0; step < i; ++step) pose = pose * step_;
     return pose;
   }
+  // As after a power cut: later, and odometry begins anew.
+  void switch_off_and_on(const Pose2& at) {
+    off_us_ += 1'000'000'000;
+    start_ = at;
+    odom_from_world_ = at.inverse();
+  }
+  Pose2 start_{-3.0, -2.0, 0.2}, step_{0.06, 0, 0.02}, odom_from_world_;
+  int64_t off_us_ = 0;
   testing::FlatWorld room_ = testing::small_room();
   process::LcmBus bus_;
   process::DropCounter heard_;
@@ -204,6 +212,56 @@ TEST_F(SlamOrders, KilledItGoesOnFromItsCheckpointThoughScansPassedMeanwhile) {
   EXPECT_EQ(last_.status, int{slam_pose_t::STATUS_MATCHED});
   EXPECT_THAT((Pose2{last_.x_m, last_.y_m, last_.theta_rad}),
               IsNear(between(true_pose(0), true_pose(59)), 0.05, 0.02));
+}
+
+TEST_F(SlamOrders, EndedAndStartedElsewhereItIsLostUntilItHasFoundItself) {
+  auto slam = start();
+  drive(0, 40);
+  slam->signal(SIGTERM);
+  EXPECT_EQ(slam->wait(20), 0);
+  EXPECT_TRUE(std::filesystem::exists(at("checkpoint.ended")));
+  slam = start();
+  Program second("marco-slam", {"--config", at("slam.toml")}, at("second.out"));
+  EXPECT_EQ(second.wait(20), 1);
+  EXPECT_THAT(files::read_whole_file(at("second.out")), HasSubstr("another process uses"));
+  const Pose2 world_from_map = start_;
+  switch_off_and_on({0.0, 0.0, 0.3});
+  drive(0, 2);
+  EXPECT_EQ(last_.status, int{slam_pose_t::STATUS_LOST});
+  states_.clear();
+  EXPECT_TRUE(hears("looking for the robot in the map"));
+  order(slam_command_t::SAVE, "before");  // what it has is not lost meanwhile
+  EXPECT_TRUE(hears("before: saved"));
+  EXPECT_TRUE(std::filesystem::exists(folder_.path() / "before" / "map.marco"));
+  drive(2, 55);
+  EXPECT_EQ(last_.status, int{slam_pose_t::STATUS_MATCHED});
+  EXPECT_THAT((Pose2{last_.x_m, last_.y_m, last_.theta_rad}),
+              IsNear(between(world_from_map, true_pose(54)), 0.05, 0.02));
+}
+
+TEST_F(SlamOrders, StartedInAnotherBuildingItBeginsANewMapAndTheOldOneStays) {
+  auto slam = start();
+  drive(0, 40);
+  for (int i = 0; i < 100 && !std::filesystem::exists(at("checkpoint")); ++i) bus_.handle_once(100);
+  slam->signal(SIGKILL);
+  slam->wait(5);
+  room_ = {};
+  room_.add_chain({{-7, -5}, {7, -5}, {7, 2}, {9, 2}, {9, 3}, {7, 3}, {7, 5}, {-7, 5}, {-7, -5}});
+  room_.add_box(1.0, 1.0, 1.6, 1.4);
+  step_ = {0.15, 0, 0.05};
+  slam = start();
+  switch_off_and_on(start_);
+  drive(0, 150);
+  EXPECT_EQ(last_.status, int{slam_pose_t::STATUS_MATCHED});
+  EXPECT_THAT((Pose2{last_.x_m, last_.y_m, last_.theta_rad}),
+              IsNear(between(true_pose(0), true_pose(149)), 0.1, 0.05));
+  EXPECT_THAT(files::read_whole_file(at("slam.out")), HasSubstr("a new map is begun"));
+  std::string old;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
+    if (entry.path().filename().string().starts_with("before_")) old = entry.path().filename();
+  }
+  order(slam_command_t::LOCALIZE, old);
+  EXPECT_TRUE(hears("relocalizing in")) << old;
 }
 
 }  // namespace

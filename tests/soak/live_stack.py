@@ -53,7 +53,7 @@ cmd "pantilt" { exec = "marco-pantilt --config $ROOT/config/robots/michoacan/pan
 cmd "laser" { exec = "marco-sick --config $ROOT/config/robots/michoacan/sick.toml --device $RUN/ports/laser"; deputy = "localhost"; auto_respawn = "true"; }
 cmd "slam" { exec = "marco-slam --config $RUN/slam.toml --checkpoint $RUN/slam.checkpoint"; deputy = "localhost"; auto_respawn = "true"; environment = "LCM_DEFAULT_URL=FAR_URL"; }
 cmd "mapping3d" { exec = "marco-mapping3d --out $RUN/model.ply"; deputy = "localhost"; auto_respawn = "true"; environment = "LCM_DEFAULT_URL=FAR_URL"; }
-cmd "logger" { exec = "$ROOT/tools/record.sh $RUN/rec/live.lcm 256"; deputy = "localhost"; auto_respawn = "true"; stop_signal = 2; environment = "LCM_DEFAULT_URL=FAR_URL"; }
+cmd "logger" { exec = "marco-recorder $RUN/rec"; deputy = "localhost"; auto_respawn = "true"; stop_signal = 2; environment = "LCM_DEFAULT_URL=FAR_URL"; }
 script "go" {
   start cmd "logger" wait "running";
   start cmd "slam" wait "running";
@@ -146,7 +146,7 @@ class LiveStack:
 
     def full(self):
         usage = shutil.disk_usage(self.folder + "/rec")
-        return usage.free < 256 * 1024
+        return usage.free < usage.total / 10
 
     def drive(self, seconds):
         """A whole tour; begun again when it was given up because the base or its pose was lost."""
@@ -215,7 +215,8 @@ class LiveStack:
             return log.read()
 
     def recordings(self):
-        files = [os.path.join(self.folder, "rec", name) for name in os.listdir(self.folder + "/rec")]
+        files = [os.path.join(folder, name) for folder, _, names in os.walk(self.folder + "/rec")
+                 for name in names if name.startswith("live.lcm.")]
         return sorted(files, key=os.path.getmtime)
 
     def slam_error_m(self, start=START):

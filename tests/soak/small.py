@@ -44,7 +44,7 @@ COMMANDS = {
     "laser": "marco-rplidar --config $ROOT/config/robots/homemade/rplidar.toml --device $RUN/ports/laser",
     "slam": "marco-slam --config $ROOT/config/slam_live.toml --checkpoint $RUN/slam.checkpoint",
     "page": "marco-page --listen 127.0.0.1:%d" % PAGE_PORT,
-    "logger": "$ROOT/tools/record.sh $RUN/rec/live.lcm 256"}
+    "logger": "marco-recorder $RUN/rec"}
 SCRIPT = """script "go" {
   start cmd "page";
   start cmd "slam" wait "running";

@@ -34,6 +34,7 @@ export function makeDrivePanel(world, robot, drive, tools) {
   const orders = el("div", { class: "grid" },
     wide("Save map", () => save(robot, world)),
     record,
+    wide("Keep recording", () => robot.order("keep", {})),
     wide("Pause", () => robot.slam("pause")),
     wide("Resume", () => robot.slam("resume")),
     wide("Where am I", () => localize(robot, tools)),

@@ -10,6 +10,7 @@
 #include "lcm_tools/process/wall_clock.hpp"
 #include "lcm_tools/procman/process/descriptor.hpp"
 #include "lcm_tools/procman/process/message_check.hpp"
+#include "lcm_tools/recorder/recordings.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert_robot.hpp"
 #include "web/foxglove/json.hpp"
@@ -148,6 +149,9 @@ void Orders::add_services() {
         [this](const Hub::Call&, std::string_view json) {
           return procman_.order("logger", flag_of(parsed(json), "on") ? "start" : "stop");
         });
+  serve("keep", schema(""), [](const Hub::Call&, std::string_view) {
+    return "kept: " + recorder::keep_newest(recorder::default_home());
+  });
 }
 
 std::string Orders::go(const Hub::Call& call, std::string_view json) {

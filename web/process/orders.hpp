@@ -20,7 +20,7 @@
 
 namespace marco::web {
 
-/// The services slam, go, head, stop, procman and record, what clients publish (/cmd_vel /goal_pose
+/// The services slam, go, head, stop, procman, record and keep, what clients publish (/cmd_vel /goal_pose
 /// /initialpose), page/stop and page/goal. Orders need the right to steer; a stop is anybody's, its
 /// release is not. One thread.
 class Orders {

@@ -93,6 +93,7 @@ void SheriffProcess::on_other_sheriff(const std::string& id) {
 void SheriffProcess::step(int64_t max_wait_us, int extra_fd) {
   pollfd sources[] = {
       {signals_.fd(), POLLIN, 0}, {bus_.lcm().getFileno(), POLLIN, 0}, {extra_fd, POLLIN, 0}};
+  heartbeat_.beat();
   poll_for(sources, bus_.waiting() ? 0 : script_.wait_us(std::min(max_wait_us, kMaxWaitUs)));
   signals_.take();
   if ((sources[2].revents & (POLLHUP | POLLERR | POLLNVAL)) != 0) signals_.on_hang_up();

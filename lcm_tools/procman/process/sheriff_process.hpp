@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "lcm_tools/process/drop_counter.hpp"
+#include "lcm_tools/process/heartbeat.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcm_tools/procman/process/deputy_watch.hpp"
 #include "lcm_tools/procman/process/emergency_stop.hpp"
@@ -82,6 +83,7 @@ class SheriffProcess {
   EmergencyStop emergency_stop_;
   SheriffScript script_;
   OtherSheriffs others_;
+  process::Heartbeat heartbeat_;
   bool orders_held_ = false;
 };
 

@@ -74,7 +74,10 @@ void SheriffSession::say_recordings() const {
   if (folder == nullptr || *folder == '\0') return;
   std::vector<std::string> found;
   std::error_code none;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
+  using Entries = std::filesystem::recursive_directory_iterator;
+  for (Entries at(folder, none); at != Entries(); at.increment(none)) {
+    const auto& entry = *at;
+    if (at.depth() >= 2) at.disable_recursion_pending();
     const std::string name = entry.path().filename();
     const auto age = std::filesystem::file_time_type::clock::now() - entry.last_write_time(none);
     const bool is_new = age <= std::chrono::seconds(std::time(nullptr) - began_ + 1);

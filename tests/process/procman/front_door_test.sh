@@ -9,24 +9,36 @@ fail() { echo "FAILED: $*"; cat "$folder"/*.log 2>/dev/null; exit 1; }
 export XDG_RUNTIME_DIR="$folder/runtime" XDG_STATE_HOME="$folder/state" MARCO_RUN="$folder/run"
 
 # The front door's own function, with the programs that are to be tested.
-eval "$(sed -n '/^run_script()/,/^}/p' "$2/marco")"
+eval "$(sed -n '/^run_script()/,/^}/p; /^set_lcm_url()/,/^}/p; /^choose_map()/,/^}/p; /^say()/,/^}/p; /^set_run_folder()/p' "$2/marco")"
 declare -f run_script >/dev/null || fail 'the front door has no run_script'
 root="$2" bin="$1" name=./marco here="$folder"
 mkdir -p "$MARCO_RUN"
 cat >"$folder/robot.procman" <<TEXT
-cmd "base" { exec = "bash -c 'echo \$\$ >$folder/base.pid; touch $MARCO_RUN/live.lcm.0; exec sleep 1000'"; deputy = "localhost"; }
+cmd "base" { exec = "bash -c 'echo \$\$ >$folder/base.pid; mkdir -p $MARCO_RUN/recordings/now; touch $MARCO_RUN/recordings/now/live.lcm.00; exec sleep 1000'"; deputy = "localhost"; }
 cmd "spare" { exec = "sleep 1000"; deputy = "localhost"; }
 script "drive" { start cmd "base" wait "running"; }
 TEXT
 
-touch "$MARCO_RUN/slam.checkpoint"
-(run_script "$folder/robot.procman" drive) >"$folder/first.log" 2>&1 </dev/null &
+echo 'the old map' >"$MARCO_RUN/slam.checkpoint"
+# A service manager kills the sheriff when its heartbeat stops.
+python3 -c 'import socket, sys
+ear = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+ear.bind(sys.argv[1])
+while True: print(ear.recv(4096).decode(), flush=True)' "$folder/notify" >"$folder/beats.txt" &
+started+=("$!")
+for _ in $(seq 100); do [ -S "$folder/notify" ] && break; sleep 0.05; done
+(export NOTIFY_SOCKET="$folder/notify"; run_script "$folder/robot.procman" drive) >"$folder/first.log" 2>&1 </dev/null &
 first=$!
 started+=("$first")
 for _ in $(seq 400); do grep -q 'these keep running: base' "$folder/first.log" && break; sleep 0.1; done
 grep -q 'these keep running: base' "$folder/first.log" || fail 'the first run did not start'
 [ ! -e "$MARCO_RUN/slam.checkpoint" ] || fail 'a new run begins with the old map'
+old=$(sed -n 's/.*MARCO_RESUME=\([^ ]*\) .*/\1/p' "$folder/first.log")
+[ "$(cat "$old")" = 'the old map' ] || fail 'the old map is gone, or where it is was not said'
 base=$(cat "$folder/base.pid")
+beats=$(wc -l <"$folder/beats.txt")
+sleep 2
+[ "$(wc -l <"$folder/beats.txt")" -ge $((beats + 4)) ] || fail 'the sheriff has no heartbeat'
 
 # One command of a run is given orders from outside, as the page does.
 order() { "$bin/marco-procman-order" "$@" >>"$folder/orders.log" 2>&1; }
@@ -56,5 +68,13 @@ kill -TERM "$first"
 wait "$first" || fail 'the first run ended with an error'
 kill -0 "$base" 2>/dev/null && fail 'a command outlived the run'
 grep -q 'stops what still runs: base' "$folder/first.log" || fail 'what still ran was not said'
-grep -q "recorded: $MARCO_RUN/live.lcm.0" "$folder/first.log" || fail 'where the recording lies was not said'
+grep -q "recorded: $MARCO_RUN/recordings/now/live.lcm.00" "$folder/first.log" || fail 'where the recording lies was not said'
 echo 'SIGTERM stopped all, and said what and where'
+
+echo 'the new map' >"$MARCO_RUN/slam.checkpoint"
+MARCO_RESUME=$old choose_map
+[ "$(cat "$MARCO_RUN/slam.checkpoint")" = 'the old map' ] && grep -q 'the new map' "$MARCO_RUN"/slam.checkpoint.* || fail 'the old map is not resumed, or the new one is lost'
+MARCO_RESUME=$MARCO_RUN/slam.checkpoint choose_map
+[ "$(cat "$MARCO_RUN/slam.checkpoint")" = 'the old map' ] || fail 'the last map is not resumed'
+(MARCO_RESUME=$folder/none choose_map) >/dev/null 2>&1 && fail 'a map that is not there was taken'
+echo 'maps are resumed as asked'

@@ -53,7 +53,7 @@ class OnlyTheToken(WithPage):
         stranger.subscribe("page/health")
         self.assertTrue(stranger.wait(lambda: stranger.of("page/health"), 3))
         for service, request in (("go", {"x_m": 0, "y_m": 0}), ("slam", {"command": "reset"}),
-                                 ("procman", {"command": "slam", "action": "stop"}), ("record", {"on": False}),
+                                 ("procman", {"command": "slam", "action": "stop"}), ("record", {"on": False}), ("keep", {}),
                                  ("stop", {"engaged": False})):
             answer = stranger.call(service, request)
             self.assertFalse(answer["ok"], service)

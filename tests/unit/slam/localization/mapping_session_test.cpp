@@ -201,5 +201,49 @@ TEST_F(MappingSessionTest, MergedMapsKeepTheirSessionsAndAreOptimized) {
               IsNear(first.slam.keyframes.keys[5].world_from_robot, 0.02, 0.01));
 }
 
+// Hours later, with odometry that counts from zero again.
+TEST_F(MappingSessionTest, ResumedWhereTheRobotStoodTheMapGoesOnAtOnce) {
+  const SavedMap map = map_of(one_building(), here_);
+  session_.resume(map);
+  EXPECT_NE(session_.waiting_map(), nullptr);
+  const std::vector<Pose2> on = round_from(here_.back(), 60);
+  drive(one_building(), on);
+  EXPECT_EQ(session_.waiting_map(), nullptr);
+  ASSERT_TRUE(session_.joined());
+  EXPECT_EQ(session_.findings().front().path_m, 0.0);
+  EXPECT_THAT(session_.slam().trajectory().back().world_from_robot,
+              IsNear(between(here_[0], on.back()), 0.03, 0.01));
+}
+
+TEST_F(MappingSessionTest, ResumedElsewhereItIsLostUntilItIsFound) {
+  const SavedMap map = map_of(one_building(), here_);
+  session_.resume(map);
+  std::size_t lost = 0;
+  for (const SlamInput& input : recorded_drive(one_building(), here_too_, 7, 9'000'000'000)) {
+    const SlamUpdate update = session_.process(input);
+    if (session_.waiting_map() == nullptr) continue;
+    ++lost;
+    ASSERT_EQ(update.status, SlamUpdate::Status::lost);
+    ASSERT_EQ(session_.waiting_map()->slam.keyframes.keys.size(), map.slam.keyframes.keys.size());
+  }
+  EXPECT_GT(lost, 0U);
+  ASSERT_TRUE(session_.joined());
+  EXPECT_THAT(session_.slam().trajectory().back().world_from_robot,
+              IsNear(between(here_[0], here_too_.back()), 0.03, 0.01));
+}
+
+TEST_F(MappingSessionTest, ResumedInAStrangeBuildingItBeginsANewMapAndKeepsTheOther) {
+  const SavedMap map = map_of(one_building(), here_);
+  session_.resume(map);
+  drive(another_building(), there_);
+  EXPECT_FALSE(session_.give_up_after(50.0).has_value());
+  const auto old = session_.give_up_after(10.0);
+  ASSERT_TRUE(old.has_value());
+  EXPECT_EQ(encode_saved_map(*old), encode_saved_map(map));
+  EXPECT_EQ(session_.mode(), MappingSession::Mode::mapping);
+  EXPECT_EQ(session_.slam().trajectory().size(), there_.size());
+  EXPECT_FALSE(session_.give_up_after(0.0).has_value());
+}
+
 }  // namespace
 }  // namespace marco::slam

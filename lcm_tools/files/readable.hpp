@@ -18,8 +18,8 @@ void require_readable(const std::filesystem::path& path);
 /// The same, opened. @throws std::invalid_argument likewise
 std::ifstream open_readable(const std::filesystem::path& path);
 
-/// Where the file continues behind a hole: `offset` itself where there is none, the file's size where
-/// nothing follows.
+/// Where the file continues behind a hole: `offset` itself where there is none, the file's size
+/// where nothing follows.
 int64_t next_data(int file, int64_t offset);
 
 /// The first bytes of a file, `most` of a longer one; "" of what is none or cannot be read.

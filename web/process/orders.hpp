@@ -20,9 +20,9 @@
 
 namespace marco::web {
 
-/// The services slam, go, head, stop, procman, record and keep, what clients publish (/cmd_vel /goal_pose
-/// /initialpose), page/stop and page/goal. Orders need the right to steer; a stop is anybody's, its
-/// release is not. One thread.
+/// The services slam, go, head, stop, procman, record and keep, what clients publish (/cmd_vel
+/// /goal_pose /initialpose), page/stop and page/goal. Orders need the right to steer; a stop is
+/// anybody's, its release is not. One thread.
 class Orders {
  public:
   /// All outlive it. A recording takes no orders.

@@ -124,9 +124,9 @@ TEST_F(RecorderProcess, AFullDiskTakesTheOldestThenWaits) {
         << std::string(static_cast<std::size_t>(bytes), 'x');
     return old.folder();
   };
-  const fs::path kept = old_one(4'000'000), oldest = old_one(4'000'000);
+  const fs::path kept = old_one(4'000'000), oldest = old_one(8'000'000);
   EXPECT_EQ(testing::run_log("keep " + kept.string()).exit_code, 0);
-  std::ofstream(home_ / "of others") << std::string(80'000'000, 'x');
+  std::ofstream(home_ / "of others") << std::string(76'000'000, 'x');
 
   auto recorder = start();
   EXPECT_TRUE(until([&] { return !fs::exists(oldest); })) << said();

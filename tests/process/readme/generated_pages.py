@@ -1,4 +1,5 @@
-"""The pages below docs/ that are printed from the code: settings, gates, messages. Each is a text by hand, a mark, and the print."""
+"""The pages below docs/ that are printed: settings, gates, messages and options from the code (each is a text by hand, a mark, and
+the print), verification from tests/verification/figures.csv."""
 import glob
 import os
 import re
@@ -117,3 +118,6 @@ def check(programs, root, write, fail):
                 page.write(f"{intro}\n{printed}")
         elif mark + shown != printed:
             fail(f"docs/{name}", "is not what the code says: renew it by readme_test.py --write")
+    figures = subprocess.run([sys.executable, f"{root}/tests/verification/print.py", *(["--write"] if write else [])], capture_output=True, text=True)
+    if figures.returncode != 0:
+        fail("docs/verification.md", figures.stderr.strip())

@@ -26,7 +26,7 @@ std::size_t ByteWriter::length(std::size_t count, std::size_t) {
 std::size_t ByteReader::length(std::size_t, std::size_t element_bytes) {
   uint64_t length = 0;
   raw(&length, sizeof(length));
-  require(length <= left() / element_bytes, "is cut short");
+  require(length <= left() / element_bytes, "is truncated");
   return length;
 }
 
@@ -55,10 +55,10 @@ std::string seal(std::string_view name, uint32_t version, std::string_view paylo
 
 std::string_view unseal(std::string_view name, uint32_t version, std::string_view sealed) {
   require(sealed.substr(0, kNameBytes) == name, "is no " + std::string(name) + " file");
-  require(sealed.size() >= kHeadBytes + sizeof(uint32_t), "is cut short");
+  require(sealed.size() >= kHeadBytes + sizeof(uint32_t), "is truncated");
   const auto found = number_at<uint32_t>(sealed, kNameBytes);
   const auto length = number_at<uint64_t>(sealed, kNameBytes + sizeof(uint32_t));
-  require(length == sealed.size() - kHeadBytes - sizeof(uint32_t), "is cut short");
+  require(length == sealed.size() - kHeadBytes - sizeof(uint32_t), "is truncated");
   const std::size_t end = sealed.size() - sizeof(uint32_t);
   require(number_at<uint32_t>(sealed, end) == crc32(sealed.substr(0, end)), "is damaged");
   require(found == version,

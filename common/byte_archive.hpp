@@ -40,14 +40,14 @@ class ByteWriter {
 };
 
 /// Trusts nothing: a length is believed only when that many bytes are left, before anything is
-/// allocated. @throws std::invalid_argument "is cut short".
+/// allocated. @throws std::invalid_argument "is truncated".
 class ByteReader {
  public:
   static constexpr bool kReads = true;
 
   explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
   void raw(void* to, std::size_t count) {
-    require(count <= bytes_.size(), "is cut short");
+    require(count <= bytes_.size(), "is truncated");
     if (count > 0) std::memcpy(to, bytes_.data(), count);
     bytes_.remove_prefix(count);
   }
@@ -193,7 +193,7 @@ std::string seal(std::string_view name, uint32_t version, std::string_view paylo
 uint32_t sealed_version(std::string_view name, std::string_view sealed);
 
 /// The payload of an envelope. @throws std::invalid_argument "is no NAME file", "is of version N
-/// ...", "is cut short" or "is damaged".
+/// ...", "is truncated" or "is damaged".
 std::string_view unseal(std::string_view name, uint32_t version, std::string_view sealed);
 
 }  // namespace marco

@@ -61,7 +61,7 @@ bool is_simple(const std::vector<Eigen::Vector2d>& corners) {
 Footprint::Footprint(const std::vector<double>& corners_m) {
   require(
       corners_m.size() % 2 == 0 && corners_m.size() >= 6 && corners_m.size() <= 2 * kMostCorners,
-      "body_m holds x and y of 3 to 64 corners [m]: x1, y1, x2, y2, ...");
+      "body_m takes x and y of 3 to 64 corners [m]: x1, y1, x2, y2, ...");
   for (std::size_t i = 0; i < corners_m.size(); i += 2) {
     const Eigen::Vector2d corner(corners_m[i], corners_m[i + 1]);
     require(corner.norm() <= kFarthestCornerM, "body_m: a corner is more than 20 m away");
@@ -72,7 +72,7 @@ Footprint::Footprint(const std::vector<double>& corners_m) {
     half_width_m_ = std::max(half_width_m_, std::abs(corner.y()));
   }
   require(is_simple(corners_m_),
-          "body_m is no outline: its edges touch each other, or hold no area");
+          "body_m is not an outline: its edges touch each other, or enclose no area");
 }
 
 std::vector<double> Footprint::box(double front_m, double back_m, double half_width_m) {

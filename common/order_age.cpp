@@ -22,7 +22,8 @@ std::string in_words(double seconds) {
 
 std::string why_stale(Utime given, Utime now) {
   const double age_s = (now - given).seconds();
-  const std::string mend = "; if it is not a recording's, set both computers' clocks (NTP)";
+  const std::string mend =
+      "; unless it comes from a recording, synchronize both computers' clocks (NTP)";
   if (age_s > kOrderHoldsS) {
     return "order is " + in_words(age_s) + " old by this computer's clock" + mend;
   }

@@ -37,7 +37,7 @@ bool is_steep(const Pose3& robot_from_sensor);
 /// Remembers the newest of each channel. @returns false, and changes nothing, when there are too
 /// many channels: any program on the network may announce some.
 bool note_sensor(std::map<std::string, SensorInfo>& by_channel, const SensorInfo& info);
-inline constexpr const char* kTooManySensors = "sensor_info_t: more than 64 channels are announced";
+inline constexpr const char* kTooManySensors = "sensor_info_t: more than 64 channels";
 
 struct OdometrySample {
   Utime utime;

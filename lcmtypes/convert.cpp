@@ -82,7 +82,7 @@ std::optional<Sample> decode_as(std::span<const uint8_t> bytes, const Channel&..
 
 bot_core::planar_lidar_t to_message(const LaserScan& scan) {
   require(scan.bearings_rad.empty() && scan.time_offsets_s.empty(),
-          "planar_lidar_t cannot carry beams with bearings or times of their own");
+          "planar_lidar_t cannot carry beams with individual bearings or times");
   bot_core::planar_lidar_t message;
   message.utime = scan.utime.us;
   message.nranges = static_cast<int32_t>(scan.ranges_m.size());

@@ -208,7 +208,7 @@ std::string to_string(CalibrationResult::Status status) {
     case CalibrationResult::Status::not_converged:
       return "not converged";
     case CalibrationResult::Status::nothing_seen_twice:
-      return "nothing seen twice";
+      return "no surface seen twice";
   }
   return "unknown";
 }

@@ -53,7 +53,7 @@ struct CalibrationResult {
   double after_m = 0.0;
 };
 
-/// e.g. "nothing seen twice"
+/// e.g. "no surface seen twice"
 std::string to_string(CalibrationResult::Status status);
 
 /// Calibration of a laser on a pan-tilt: estimates lever arms, axis offsets, zero angles and

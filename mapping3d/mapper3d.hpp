@@ -33,7 +33,7 @@ struct Mapper3dOptions {
     v("builder", builder);
     v("robot", robot);
     v("mesh", mesh);
-    v("refine", refine, "Align the stops in 3D. Off to leave them where the 2D path puts them.");
+    v("refine", refine, "Align the stops in 3D. Off to keep the poses of the 2D path.");
     v.advanced("stop_m", stop_m, kNotNegative,
                "Sweeps taken within this distance belong to one stop and move together.");
     v("registration", registration);

@@ -16,7 +16,7 @@ struct SceneMeshOptions {
   void visit(Visitor& v) {
     v.advanced("edge_factor", edge_factor, kPositive,
                "Longest edge of a sweep's mesh, as a multiple of the beams' spacing there. More "
-               "closes gaps, and bridges what is apart.");
+               "closes gaps, and bridges separate surfaces.");
     v.advanced("max_edge_m", max_edge_m, kPositive, "Longest edge of a sweep's mesh.");
   }
 };

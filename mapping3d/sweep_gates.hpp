@@ -15,11 +15,11 @@ inline constexpr double kSeenThroughPart = 0.6;
 // clang-format off
 /// Rules that decide what of a sweep is the robot's own.
 inline constexpr Gate kSweepGates[] = {
-    {"the robot in its own sweeps", "range [m], at most", kBodyWithinM, "its returns under this bearing are left out", "assumed: masts and frames of a robot indoors"},
-    {"the robot in its own sweeps", "rows with the same range under this bearing, at least", kBodyRows, "the same", "as in single scans"},
-    {"the robot in its own sweeps", "places, 0.3 m apart, where the laser would have to see the same thing, at least", kBodyPlaces, "the same", "two walls are often equally far"},
-    {"the robot in its own sweeps", "part of the places under this bearing where it does, at least", kBodyPart, "the same", "as in single scans"},
-    {"the robot in its own sweeps", "of them places that other beams go through, at least", kSeenThrough, "the same", "floors and walls that are followed stop all beams"},
+    {"the robot in its own sweeps", "range [m], at most", kBodyWithinM, "its returns at this bearing are ignored", "assumed: masts and frames of an indoor robot"},
+    {"the robot in its own sweeps", "rows with the same range at this bearing, at least", kBodyRows, "the same", "as in single scans"},
+    {"the robot in its own sweeps", "places, 0.3 m apart, where the laser would have to see the same object, at least", kBodyPlaces, "the same", "two walls are often at equal distance"},
+    {"the robot in its own sweeps", "fraction of the places at this bearing where it does, at least", kBodyPart, "the same", "as in single scans"},
+    {"the robot in its own sweeps", "of them, places that other beams pass through, at least", kSeenThrough, "the same", "floors and walls along the path stop all beams"},
     {"the robot in its own sweeps", "the same over those that other beams reach, at least", kSeenThroughPart, "the same", "the same"},
 };
 // clang-format on

@@ -98,10 +98,9 @@ class CarmenReader : public TextReader {
       ++lines;
       no_return.add(line->ranges_m);
     });
-    require(lines > 0,
-            path.string() +
-                ": no laser line (FLASER, RLASER or ROBOTLASER1) that can be read: one with as "
-                "many ranges as it says, 100000 at most");
+    require(lines > 0, path.string() +
+                           ": no readable laser line (FLASER, RLASER or ROBOTLASER1): one with as "
+                           "many ranges as it declares, at most 100000");
     no_return_m_ = no_return.range_m(kFarthestLaserM);
     note_no_return(no_return_m_);
   }
@@ -114,7 +113,7 @@ class CarmenReader : public TextReader {
     if (keyword == nullptr) return;
     std::optional<LaserLine> line = parse(*keyword, fields);
     if (!line) {
-      drop_line("laser line that cannot be read");
+      drop_line("unreadable laser line");
     } else if (line->ranges_m.size() < 2) {
       drop_line("scan of fewer than 2 beams");
     } else {

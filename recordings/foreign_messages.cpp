@@ -63,7 +63,7 @@ LaserScan scan_of(const ros_laser_scan_t& message) {
   scan.first_bearing_rad = static_cast<double>(message.angle_min);
   scan.bearing_step_rad = static_cast<double>(message.angle_increment);
   require(std::isfinite(scan.first_bearing_rad) && std::isfinite(scan.bearing_step_rad),
-          "scan of which the angles are not finite");
+          "scan with angles that are not finite");
   return scan;
 }
 

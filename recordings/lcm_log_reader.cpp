@@ -63,7 +63,7 @@ class LcmLogReader : public files::QueuedReader {
   }
 
   void read(const LogEvent& event, const LoggedChannel& channel) {
-    require(stamp_fits(event, channel), "stamp an hour and more from its event's time");
+    require(stamp_fits(event, channel), "stamp an hour or more from its event's time");
     if (channel.meaning == Meaning::ours) {
       std::optional<Sample> sample = decode_sample(event.channel, event.bytes);
       require(sample.has_value(), kUndecodable);
@@ -82,7 +82,7 @@ class LcmLogReader : public files::QueuedReader {
   void announce(const std::string& logged_as, const SensorInfo& info) {
     announced_ = true;
     queue(info);
-    note("%s has no SENSOR_INFO: the laser is assumed at the turning centre, looking ahead",
+    note("%s has no SENSOR_INFO: assuming the laser at the turning centre, looking ahead",
          logged_as.c_str());
   }
 
@@ -136,8 +136,8 @@ class LcmLogReader : public files::QueuedReader {
     int passed_by = 0;
     for (const auto& [name, channel] : survey_.channels) {
       if (channel.meaning != Meaning::passed_by || ++passed_by > kMostNoted) continue;
-      note("%s (%s): %lld events that the map does not use", name.c_str(),
-           channel.fingerprint.c_str(), static_cast<long long>(channel.count));
+      note("%s (%s): %lld events not used for the map", name.c_str(), channel.fingerprint.c_str(),
+           static_cast<long long>(channel.count));
     }
     if (passed_by > kMostNoted) note("and %d more channels", passed_by - kMostNoted);
     const files::LogDamage& damage = log_.damage();

@@ -231,7 +231,7 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
                         event->channel.rfind(channels::kLidar, 0) == 0);
     if (laser && survey.lidar_channel.empty()) survey.lidar_channel = event->channel;
   }
-  require(events > 0, path + ": holds no whole LCM event");
+  require(events > 0, path + ": has no complete LCM event");
   if (survey.lidar_channel.empty()) {
     NameList seen;
     for (const auto& [name, channel] : survey.channels) {
@@ -242,7 +242,7 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
                                 "--foreign");
   }
   if (survey.channels.size() == kMostChannels) {
-    survey.notes.emplace_back("more than 10000 channels: those after them are left out");
+    survey.notes.emplace_back("more than 10000 channels: the rest is left out");
   }
   survey.stopped_us = times.stopped_us();
   constexpr int64_t kWorthANote = 10;

@@ -19,12 +19,12 @@ class OdometryLaserReader : public TextReader {
       ++scans;
       no_return.add(ranges_m);
     });
-    require(scans > 0, path.string() + ": no line 'Laser n r1 .. rn' that can be read");
+    require(scans > 0, path.string() + ": no readable line 'Laser n r1 .. rn'");
     info_.range_max_m = no_return.range_m(kFarthestLaserM);
     info_.range_min_m = 0.02;
     info_.scan_duration_s = 0.00667;  // half a turn of a mirror at 75 Hz
     note_no_return(info_.range_max_m);
-    note("no stamps: 0.1 s per scan is assumed");
+    note("no stamps: assuming 0.1 s per scan");
   }
 
  private:
@@ -35,12 +35,12 @@ class OdometryLaserReader : public TextReader {
       if (pose && is_finite(*pose)) {
         odometry_ = {pose->x_m, pose->y_m, normalize_angle(pose->theta_rad)};
       } else {
-        drop_line("odometry line that cannot be read");
+        drop_line("unreadable odometry line");
       }
     } else if (keyword == "Laser") {
       LaserScan scan;
       if (!read_ranges(fields, scan.ranges_m)) {
-        drop_line("laser line that cannot be read");
+        drop_line("unreadable laser line");
       } else if (scan.size() < 2) {
         drop_line("scan of fewer than 2 beams");
       } else {

@@ -100,7 +100,7 @@ std::string looks_like(const std::string& head) {
     if (head.rfind(magic, 0) == 0) return kind;
   }
   const bool binary = head.find('\0') != std::string::npos;
-  return binary ? "binary data of an unknown format" : "text of an unknown format";
+  return binary ? "binary data in an unknown format" : "text in an unknown format";
 }
 
 }  // namespace
@@ -146,7 +146,7 @@ bool is_recording(const fs::path& path) {
 
 std::string why_no_log(const fs::path& path) {
   const std::string name = path.string();
-  std::string nothing = name + ": holds no whole LCM event";
+  std::string nothing = name + ": has no complete LCM event";
   const std::string head = head_of(path);
   if (head.empty()) return nothing + "; it is empty";
   try {

@@ -39,11 +39,11 @@ void QueuedReader::watch_stamps(const LaserScan& scan) {
 void QueuedReader::note_stamps() {
   const auto note_if = [this](int64_t count, const char* what) {
     if (2 * count <= scans_) return;
-    note("%lld of %lld scans %s: their stamps are no times of measurement",
+    note("%lld of %lld scans %s: their stamps are not measurement times",
          static_cast<long long>(count), static_cast<long long>(scans_), what);
   };
-  note_if(equal_stamps_, "have the stamp of the one before");
-  note_if(far_stamps_, "are an hour and more from the one before");
+  note_if(equal_stamps_, "have the stamp of the previous one");
+  note_if(far_stamps_, "are an hour or more from the previous one");
 }
 
 void QueuedReader::queue_odometry(Utime utime, const Pose2& odom_from_robot) {

@@ -58,7 +58,7 @@ class ThesisReader : public QueuedReader {
     is_b_ = fits_b(numbers_);
     report_.paths = {path.string()};
     report_.format = is_b_ ? "thesis B sweeps" : "thesis A scans";
-    note("no stamps: 0.1 s per scan is assumed");
+    note("no stamps: assuming 0.1 s per scan");
     SensorInfo info;
     info.range_min_m = 0.02;
     info.range_max_m = is_b_ ? 32.0 : 50.0;
@@ -81,7 +81,7 @@ class ThesisReader : public QueuedReader {
   bool read_piece() override {
     const std::size_t size = is_b_ ? kNumbersB : kNumbersA;
     if (at_ + size > numbers_.size()) {
-      if (at_ < numbers_.size()) report_.drop("sweep that is not whole", "its end");
+      if (at_ < numbers_.size()) report_.drop("incomplete sweep", "its end");
       at_ = numbers_.size();
       return false;
     }

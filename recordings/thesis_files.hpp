@@ -13,7 +13,7 @@ namespace marco::files {
 ///  - Thesis B (get_ang_dist, get_movimientos): a sweep is 361 pairs bearing [deg] range [mm], then
 ///    the displacement [mm] and turn [deg] of the base before the sweep, tilt and pan [deg]. A last
 ///    sweep that equals the one before is dropped: B's own reader wrote such files back.
-/// There are no stamps: 0.1 s per scan is assumed.
+/// There are no stamps: assuming 0.1 s per scan.
 /// @throws std::invalid_argument naming the file and what was found.
 std::unique_ptr<SampleReader> open_thesis_file(const std::filesystem::path& path);
 

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kPauseS = 5.0;  // between two scans, while the robot is moved
-constexpr const char* kUnreadablePoint = "point that cannot be read";
+constexpr const char* kUnreadablePoint = "unreadable point";
 
 enum class Kind { ranges_mm, uos_points, polar, unknown };
 
@@ -81,7 +81,7 @@ std::vector<Row> read_ranges_mm(const fs::path& path, InputReport& report) {
     while (const auto range_mm = fields.number<double>()) {
       row.ranges_m.push_back(static_cast<float>(*range_mm * 1e-3));
     }
-    if (!tilt_deg || row.ranges_m.size() < 2) return "row that cannot be read";
+    if (!tilt_deg || row.ranges_m.size() < 2) return "unreadable row";
     row.tilt_rad = deg_to_rad(*tilt_deg);
     rows.push_back(std::move(row));
     return nullptr;
@@ -165,7 +165,7 @@ Pose2 read_pose(const fs::path& path, InputReport& report) {
   for (double& value : values) {
     const auto number = fields.number<double>();
     if (!number || !std::isfinite(*number)) {
-      report.drop("pose that cannot be read", path.string());
+      report.drop("unreadable pose", path.string());
       return {};
     }
     value = *number;
@@ -195,13 +195,13 @@ class TiltedScanReader : public QueuedReader {
     for (const auto& [stem, path] : files) report_.paths.push_back(path.string());
     require(!fs::exists(paths.front() / "map.yaml"),
             paths.front().string() +
-                ": this is a map folder: --extend or --localize takes it beside a recording, and "
-                "--merge several of one building");
+                ": this is a map folder: pass it to --extend or --localize together with a "
+                "recording, or several of one building to --merge");
     require(!files.empty(), paths.front().string() +
                                 ": no 3D scan in it (*_tilt_ranges_mm.csv, *.3d or "
                                 "scan_polar.csv)");
     report_.format = "3D scans of a tilted laser";
-    note("no stamps: 0.1 s per row is assumed");
+    note("no stamps: assuming 0.1 s per row");
   }
 
   double progress() const override {
@@ -261,7 +261,7 @@ class TiltedScanReader : public QueuedReader {
       base.parent_from_sensor.translation().z() = 0.340;
       laser.parent_from_sensor.translation().z() = 0.160;
     } else {
-      note("the height of the laser is not known: z = 0 is the tilt axis");
+      note("the height of the laser is unknown: z = 0 is the tilt axis");
     }
     queue(base);
     queue(laser);

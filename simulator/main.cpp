@@ -85,7 +85,7 @@ int run(const Arguments& arguments) {
   const sim::RayCaster rays(world);
   sim::BatchSimulation simulation(rays, process::load_options<sim::Tour>(arguments.tour),
                                   options_of(arguments), arguments.seed);
-  process::catch_interrupts(arguments.out + " is as it was");
+  process::catch_interrupts(arguments.out + " is unchanged");
   files::OutputFile file(arguments.out);
   files::EventLogWriter log(file);
   std::optional<Cameras> cameras;

@@ -37,13 +37,13 @@ Person::Person(const std::vector<Eigen::Vector2d>& waypoints_m,
                double ahead_s)
     : speed_m_per_s_(speed_m_per_s), ahead_s_(ahead_s) {
   const std::size_t count = waypoints_m.size();
-  require(count >= 2, "people.waypoints_m: expected two and more");
+  require(count >= 2, "people.waypoints_m: expected at least two");
   for (std::size_t i = 1; i < count; ++i) add_piece(waypoints_m[i - 1], waypoints_m[i]);
   const bool to_and_fro = waypoints_m.front() != waypoints_m.back();
   for (std::size_t i = count - 1; to_and_fro && i > 0; --i) {
     add_piece(waypoints_m[i], waypoints_m[i - 1]);
   }
-  require(!pieces_.empty(), "people.waypoints_m: all are one");
+  require(!pieces_.empty(), "people.waypoints_m: all are identical");
 }
 
 void Person::add_piece(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m) {

@@ -60,7 +60,7 @@ class AttendedRobot {
       const bool all_handled = !bus_.handle_once(10);  // this process may have stood still itself
       if (process::stop_requested()) throw std::runtime_error("stopped by a signal");
       if (all_handled && base && (drivers::wall_now() - base_heard_).seconds() > kSilentS) {
-        throw std::runtime_error("nothing is heard from the base any more");
+        throw std::runtime_error("the base no longer answers");
       }
     } while (drivers::wall_now() < end);
   }

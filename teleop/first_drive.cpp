@@ -84,7 +84,7 @@ void Check::judge_hand(const std::optional<NearestReturn>& nearest, double beari
 
 void Check::judge_push(const Pose2& way) {
   figures = {{"moved_m", way.x_m}, {"left_m", way.y_m}, {"turned_deg", rad_to_deg(way.theta_rad)}};
-  if (std::abs(way.x_m - 1.0) > 0.1) fault = "odometry shows another way than 1 m ahead";
+  if (std::abs(way.x_m - 1.0) > 0.1) fault = "odometry differs from 1 m ahead";
 }
 
 bool DriveReport::is_good() const {

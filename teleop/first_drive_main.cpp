@@ -62,12 +62,12 @@ class FirstDrive {
           "First drive of %s. y: yes, n: no, s: skip; Ctrl-C stops the robot and ends.\n"
           "It moves only while you hold the space bar, slowly, and never longer than %.1f s.\n",
           report_.base.c_str(), teleop::HeldMotion::kMostS);
-    explain("blocks", "Put the robot on blocks, and its red button in your reach.");
-    may_move_ = judge(Check("blocks"), "Do all wheels hang free?");
-    drive("ahead", 1.0, 0.0, "Did each wheel turn as for driving straight ahead?");
-    drive("back", -1.0, 0.0, "Did each wheel turn as for driving straight back?");
-    drive("left", 0.0, 1.0, "Did the right wheels turn ahead, and the left ones back?");
-    drive("right", 0.0, -1.0, "Did the left wheels turn ahead, and the right ones back?");
+    explain("blocks", "Put the robot on blocks, and keep its emergency stop button within reach.");
+    may_move_ = judge(Check("blocks"), "Are all wheels off the floor?");
+    drive("ahead", 1.0, 0.0, "Did every wheel turn forward?");
+    drive("back", -1.0, 0.0, "Did every wheel turn backward?");
+    drive("left", 0.0, 1.0, "Did the right wheels turn forward, and the left ones backward?");
+    drive("right", 0.0, -1.0, "Did the left wheels turn forward, and the right ones backward?");
     emergency_stop();
     bumper();
     lasers();
@@ -124,7 +124,7 @@ class FirstDrive {
   }
   /// @returns the step after a motion; nothing, and a report of it, when it was skipped
   std::optional<Check> moved(const char* name, double ahead, double left, EndedBy by) {
-    explain(name, may_move_ ? "Look at the wheels." : "Skipped: the wheels are not free.");
+    explain(name, may_move_ ? "Watch the wheels." : "Skipped: the wheels are not off the floor.");
     Check check(name);
     if (!may_move_ || robot_.ask("Hold the space bar [s: skip]", " s") == 's') {
       end(check, 's');
@@ -164,19 +164,19 @@ class FirstDrive {
         });
     if (pressed != '\0') return void(end(check, pressed));
     check.figures = {{"bumper", static_cast<double>(number + 1)}};
-    judge(check, "\nIs that the one, as the driver's configuration counts them?");
+    judge(check, "\nIs that the right number, by the driver's configuration?");
   }
   void lasers() {
-    if (robot_.scans.empty()) return explain("laser", "Skipped: none says where it sits.");
+    if (robot_.scans.empty()) return explain("laser", "Skipped: no laser reports its mount.");
     for (const auto& [channel, laser] : robot_.scans) {
       const Eigen::Vector3d at = laser.robot_from_sensor.translation();
-      explain(channel, "Measure where it sits: above the floor, ahead and left of the wheels.");
+      explain(channel, "Measure its position: above the floor, ahead and left of the wheels.");
       Check check("place of " + channel);
       check.figures = {{"up_m", at.z()}, {"ahead_m", at.x()}, {"left_m", at.y()}};
       judge(check, "Is that right to 2 cm?");
     }
     hand("laser ahead", 0.0, "straight ahead of the robot");
-    hand("laser left", 45.0, "to its left and ahead, half way between both");
+    hand("laser left", 45.0, "to its front left, at 45 degrees");
   }
   void hand(const char* name, double bearing_deg, const char* where) {
     explain(name, std::string("Clear a metre around, and hold your hand 0.3 m ") + where);
@@ -203,8 +203,7 @@ class FirstDrive {
     }
     robot_.begin_track();
     const char there = robot_.ask(
-        "Push it to the second mark; where motors hold it, by marco drive. y when there [y/s]",
-        "ys");
+        "Push it to the second mark; if motors hold it, use marco drive. y when there [y/s]", "ys");
     if (there == 's') return void(end(check, 's'));
     check.judge_push(teleop::seen_motion(robot_.track, {}, {}).start_from_end);
     judge(check, "Was it 1 m, to 2 cm?");
@@ -222,15 +221,15 @@ int main(int argc, char** argv) {
   return process::run_main("marco-first-drive", [&] {
     process::CommandLine app(
         "Checks a robot that was never driven before, step by step: wheels, emergency stop, "
-        "bumper, laser, odometry. It moves only while the space bar is held, for less than a "
+        "bumper, laser, odometry. It moves only while you hold the space bar, for less than a "
         "second. "
         "docs/first_drive.md explains each step.");
     std::string lcm_url, path = "first_drive.toml", name;
-    app.add_option("--out", path, "the report, which is replaced").shows_default();
-    app.add_option("--robot", name, "what robot it is, for the report");
+    app.add_option("--out", path, "the report; an existing file is replaced").shows_default();
+    app.add_option("--robot", name, "name of the robot, for the report");
     process::add_lcm_url(app, lcm_url);
     if (const auto code = app.parse(argc, argv)) return *code;
-    require(isatty(STDIN_FILENO) == 1, "standard input is no terminal, so no key can be read");
+    require(isatty(STDIN_FILENO) == 1, "standard input is not a terminal, so keys cannot be read");
     process::catch_stop_signals();
     process::LcmBus bus(lcm_url);
     return FirstDrive(bus, path, name).run();

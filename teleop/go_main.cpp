@@ -123,8 +123,8 @@ int drive(process::LcmBus& bus, const Eigen::Vector2d& goal_m) {
 int main(int argc, char** argv) {
   return process::run_main("marco-go", [&] {
     process::CommandLine app(
-        "Drives the robot to a point of the map: it turns, and drives straight on. The base's own "
-        "guard stops it before obstacles, and nothing plans a way round them. Ctrl-C stops it.");
+        "Drives the robot to a point of the map: it turns, then drives straight. The base's "
+        "obstacle guard stops it before obstacles; there is no path planning. Ctrl-C stops it.");
     std::string lcm_url;
     Eigen::Vector2d goal_m = Eigen::Vector2d::Zero();
     app.add_option("X", goal_m.x(), "[m] in the map's frame").required();

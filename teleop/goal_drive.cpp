@@ -56,7 +56,7 @@ void GoalDrive::watch(double left, Utime now) {
   if (left < progress_.least_left - step) {
     progress_ = {left, now};
   } else if ((now - progress_.at).seconds() > kStuckS) {
-    end(note_.empty() ? "the robot comes no nearer" : note_);
+    end(note_.empty() ? "the robot comes no closer" : note_);
   }
 }
 
@@ -81,7 +81,7 @@ BaseCommand GoalDrive::order(double velocity_m_per_s, double yaw_rate_rad_per_s,
 
 /// A sender that stood still must not resume what it wanted then.
 bool GoalDrive::keeps_up(Utime now) {
-  if ((now - called_).seconds() > kOrderHoldsS || now < called_) end("its sender was held up");
+  if ((now - called_).seconds() > kOrderHoldsS || now < called_) end("its sender stalled");
   called_ = now;
   return !is_over_;
 }
@@ -94,7 +94,7 @@ std::optional<BaseCommand> GoalDrive::next(const Eigen::Vector2d& goal_m, Utime 
   const double distance_m = goal_m.norm(), bearing_rad = std::atan2(goal_m.y(), goal_m.x());
   if (!keeps_up(now)) return std::nullopt;
   if (!is_taken_ && (now - begun_).seconds() > kTakenWithinS) {
-    end("no base took the order. Is its driver running, and on this network?");
+    end("no base accepted the order. Is its driver running, on this network?");
   }
   if (phase_ == Phase::settle) {
     if ((now - entered_).seconds() >= kSettleS) {

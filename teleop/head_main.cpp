@@ -53,7 +53,7 @@ int turn(process::LcmBus& bus, const PanTiltCommand& target) {
     const auto state = std::exchange(heard, std::nullopt);
     if (!state) {
       if ((wall_now() - last).seconds() < kAnswerS) continue;
-      return fail("no pan-tilt says where it looks. Is its driver running, and on this network?");
+      return fail("no pan-tilt reports its angles. Is its driver running, on this network?");
     }
     last = wall_now();
     switch (move.on_state(*state)) {
@@ -64,7 +64,7 @@ int turn(process::LcmBus& bus, const PanTiltCommand& target) {
         return process::kExitDone;
       case Next::ended:
         return fail("it stands at " + angles(*state) +
-                    ": it reaches no farther, or obeys another order");
+                    ": it cannot reach farther, or obeys another order");
     }
   }
   send(bus, {});  // a stop
@@ -77,8 +77,8 @@ int turn(process::LcmBus& bus, const PanTiltCommand& target) {
 int main(int argc, char** argv) {
   return process::run_main("marco-head", [&] {
     process::CommandLine app(
-        "Points the pan-tilt, and waits until it stands. Angles are in degrees. 0 0 is ahead and "
-        "level, as a laser must look to map. Ctrl-C stops it.");
+        "Points the pan-tilt, and waits until it stands. Angles are in degrees. 0 0 is straight "
+        "ahead and level, as mapping requires. Ctrl-C stops it.");
     std::string lcm_url;
     double pan_deg = 0.0, tilt_deg = 0.0;
     app.add_option("PAN", pan_deg, "[degrees] to the left of ahead")

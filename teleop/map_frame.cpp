@@ -29,17 +29,17 @@ void MapFrame::on_slam_pose(Utime utime, const std::optional<Pose2>& world_from_
 
 Pose2 MapFrame::odom_from_map(Utime now) const {
   require(heard_ != Utime{} && (now - heard_).seconds() <= kSilentS,
-          "the place on the map is not known: no SLAM_POSE is heard");
-  require(world_from_robot_.has_value(), "the place on the map is not known: SLAM is lost");
+          "the pose on the map is unknown: no SLAM_POSE");
+  require(world_from_robot_.has_value(), "the pose on the map is unknown: SLAM is lost");
   const auto odom_from_robot = odometry_.samples().at(pose_utime_, Duration::from_seconds(kReachS));
-  require(odom_from_robot.has_value(), "no odometry is heard: a base drives by it");
+  require(odom_from_robot.has_value(), "no odometry, which a base needs to drive");
   return *odom_from_robot * world_from_robot_->inverse();
 }
 
 Eigen::Vector2d MapFrame::in_robot(const Eigen::Vector2d& odom_m, Utime now) const {
   const PoseBuffer& odometry = odometry_.samples();
   require(!odometry.empty() && (now - odometry.newest()).seconds() < kOrderHoldsS,
-          "no odometry is heard: a base drives by it");
+          "no odometry, which a base needs to drive");
   return odometry.newest_pose().inverse() * odom_m;
 }
 

@@ -42,7 +42,7 @@ std::vector<std::string> head_lines(const RobotView& view) {
   }
   lines.push_back(line);
   if (!view.base) {
-    lines.emplace_back("nothing is heard from the base");
+    lines.emplace_back("no data from the base");
     return lines;
   }
   line = view.base->base + std::string(" ") + kLinks[static_cast<int>(view.base->link)] + " " +

@@ -85,8 +85,8 @@ int run(const process::CommonArguments& arguments, Hands driven_by) {
   const auto options = process::load_options<teleop::OperatorOptions>(arguments.config_path);
   if (process::prints_config(arguments, options)) return 0;
   require(driven_by == Hands::gamepad || isatty(STDIN_FILENO) == 1,
-          "standard input is no terminal, so no key can be read: start it in a terminal of its "
-          "own, or with --no-keys for a gamepad alone");
+          "standard input is not a terminal, so keys cannot be read: start it in its own terminal, "
+          "or with --no-keys for a gamepad alone");
   process::start_logging("marco-teleop", arguments.log_level);
   process::catch_stop_signals();
   process::LcmBus bus(arguments.lcm_url);
@@ -134,12 +134,13 @@ int main(int argc, char** argv) {
   return process::run_main("marco-teleop", [&] {
     process::CommandLine app(
         "Drives the robot by keyboard and gamepad and shows pose, map, battery, bumpers, speed.\n"
-        "Arrows drive while held, i k j l go by steps, t g f h turn the pan-tilt, r looks ahead,\n"
+        "Arrows drive while held, i k j l move by steps, t g f h turn the pan-tilt, r looks "
+        "ahead,\n"
         "+ and - change the speed, space stops, e is the emergency stop and c clears it, q ends");
     process::CommonArguments arguments;
     process::add_common_arguments(app, arguments);
     bool no_keys = false;
-    app.add_flag("--no-keys", no_keys, "drive by gamepad alone; needs no terminal");
+    app.add_flag("--no-keys", no_keys, "drive with the gamepad alone; needs no terminal");
     if (const auto code = app.parse(argc, argv)) return *code;
     return run(arguments, no_keys ? Hands::gamepad : Hands::keys_and_gamepad);
   });

@@ -29,7 +29,7 @@ std::optional<char> Keyboard::key() {
     const ssize_t count = read(STDIN_FILENO, buffer, sizeof(buffer));
     if (count > 0) pending_.append(buffer, static_cast<std::size_t>(count));
     if (count <= 0 && (input.revents & POLLHUP) != 0) {
-      throw std::runtime_error("the terminal is gone");
+      throw std::runtime_error("the terminal was closed");
     }
   }
   if (pending_.empty()) return std::nullopt;

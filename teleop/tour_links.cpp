@@ -19,8 +19,8 @@ std::string TourLinks::trouble(double patience_s, Utime now) {
   const auto silent = [&](Utime heard) {
     return (now - std::max(heard, began_)).seconds() > patience_s;
   };
-  if (silent(base_heard_)) return "nothing is heard from the base";
-  if (needs_head_ && silent(head_heard_)) return "nothing is heard from the pan-tilt";
+  if (silent(base_heard_)) return "no data from the base";
+  if (needs_head_ && silent(head_heard_)) return "no data from the pan-tilt";
   const bool down = base_ && base_->link != BaseStatus::Link::up;
   if (down && (now - began_).seconds() > patience_s) {
     return "the base's link is lost: " + base_->note;

@@ -157,7 +157,7 @@ int main(int argc, char** argv) {
     Arguments arguments;
     process::add_common_arguments(app, arguments.common);
     app.add_option("tour", arguments.tour, "e.g. config/tours/lab.toml").required().existing_file();
-    app.add_option("--pose", arguments.pose, "whose pose to go by: odometry, slam or true")
+    app.add_option("--pose", arguments.pose, "pose to drive by: odometry, slam or true")
         .one_of({"odometry", "slam", "true"})
         .shows_default();
     if (const auto code = app.parse(argc, argv)) return *code;

@@ -120,7 +120,7 @@ void TourRunner::aim(Orders& orders, Utime now) {
   // A pose measured before the last move ended is out of date.
   if (!pose_ || pose_->utime < phase_since_) {
     if ((now - phase_since_).seconds() > options_.pose_patience_s) {
-      fail(Outcome::lost, "no pose comes: is SLAM or the base's odometry running?");
+      fail(Outcome::lost, "no pose arrives: is SLAM or the base's odometry running?");
     }
     return;
   }
@@ -163,7 +163,7 @@ void TourRunner::next_pan(Orders& orders, Utime now) {
 void TourRunner::watch_leg(double since_s, Utime now) {
   const auto fate = base_fate();
   if (!fate) {
-    if (since_s > kLegPatienceS) fail(Outcome::lost, "the base does not end its move");
+    if (since_s > kLegPatienceS) fail(Outcome::lost, "the base does not finish its move");
   } else if (*fate == Fate::done) {
     place_.tries = 0;
     enter(Phase::measure, now);
@@ -231,7 +231,7 @@ void TourRunner::act(Orders& orders, Utime now) {
       return;
   }
   if (since_s > kGazePatienceS) {
-    fail(Outcome::lost, "the pan-tilt does not get where it is sent");
+    fail(Outcome::lost, "the pan-tilt does not reach its goal");
   }
 }
 

@@ -58,13 +58,13 @@ build() {
   # Somebody else's checkout: as it is.
   [ -f "$folder/build.ninja" ] && [ ! -w "$folder" ] && return
   install_packages
-  mkdir -p "$folder" 2>/dev/null && [ -w "$folder" ] || fail "programs are built in $root/build, which you may not write"
+  mkdir -p "$folder" 2>/dev/null && [ -w "$folder" ] || fail "no permission to write $root/build, where programs are built"
   exec {lock}>"$folder/.lock"
-  flock -n "$lock" || { say "another ./marco is building here: waiting for it"; flock "$lock"; }
+  flock -n "$lock" || { say "waiting for another ./marco that is building here"; flock "$lock"; }
   configure "$preset"
   if ! ninja -C "$folder" "$@" 2>&1 | show_progress "$preset" "$log"; then
     [ -t 2 ] || cat "$log" >&2
-    fail "the build failed; all it said is in $log"
+    fail "the build failed; its output is in $log"
   fi
   exec {lock}>&-
 }

@@ -25,7 +25,7 @@ run_demo() {
     live=no
   fi
   if [ $live = yes ]; then
-    say "driving a tour of the lab in real time; what the processes say is in $out/state"
+    say "driving a tour of the lab in real time; the processes' output is in $out/state"
     demo_script "$out" sim.procman demo
     local recordings=("$out"/recordings/*/)  # this run's is the last one
     mv "${recordings[-1]}live.lcm.00" "$out/lab.lcm"
@@ -40,7 +40,7 @@ run_demo() {
   say "mapping it"
   "$bin/marco-map" "$out/lab.lcm" --out "$out" --world "$root/config/worlds/lab.toml"
   if [ $live = yes ]; then
-    say "the path of this map, as first said, against what SLAM said while driving, and when the recording was played"
+    say "the live path of this map against SLAM's poses during the drive, and during the playback"
     local recording
     for recording in lab replayed; do
       "$bin/marco-evaluate" "$out/trajectory_live.tum" --recorded "$out/$recording.lcm"

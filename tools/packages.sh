@@ -81,7 +81,7 @@ install_packages() {
   stamp="$root/build/packages_$(IFS=_; echo "${needs[*]}")"
   were_there "${wanted[*]}" && return
   if ! command -v dpkg-query >/dev/null; then
-    [ -f "$stamp" ] || say "no Debian here; what Marco needs is called there: ${wanted[*]}"
+    [ -f "$stamp" ] || say "this is not Debian; Marco needs the equivalents of these packages: ${wanted[*]}"
   else
     find_missing "${wanted[@]}"
     if [ ${#missing[@]} -gt 0 ]; then
@@ -92,7 +92,7 @@ install_packages() {
       fi
       command -v apt-get >/dev/null || fail "these Debian packages are missing, and there is no apt-get: ${missing[*]}"
       say "installing ${#missing[@]} packages: ${missing[*]}"
-      "${sudo[@]}" apt-get update -qq || say "apt-get update failed: with the lists that are there"
+      "${sudo[@]}" apt-get update -qq || say "apt-get update failed: using the existing package lists"
       choose_alternatives
       "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}" |
         grep -E '^(Setting up|E:|Err)' >&2 || true

@@ -31,7 +31,8 @@ Eigen::Matrix4d camera_from_world(const Camera& camera) {
   const Eigen::Vector3d ahead = camera.target_m - camera.eye_m;
   const Eigen::Vector3d sideways = ahead.cross(camera.up);
   require(ahead.norm() > 0.0 && ahead.allFinite(), "a camera's eye and target must differ");
-  require(sideways.norm() > 1e-9 * ahead.norm(), "a camera's `up` must not lie along its view");
+  require(sideways.norm() > 1e-9 * ahead.norm(),
+          "a camera's `up` must not be parallel to its view");
   const Eigen::Vector3d back = -ahead.normalized();
   const Eigen::Vector3d right = sideways.normalized();
   Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
@@ -57,7 +58,7 @@ Eigen::Matrix4d clip_from_camera(const Camera& camera, double aspect) {
   }
   require(near > 0.0, "a perspective camera needs near_m > 0");
   require(camera.field_of_view_rad > 0.0 && camera.field_of_view_rad < std::numbers::pi,
-          "a camera's field of view must lie between 0 and 180 deg");
+          "a camera's field of view must be between 0 and 180 deg");
   const double focal = 1.0 / std::tan(0.5 * camera.field_of_view_rad);
   matrix(0, 0) = focal / aspect;
   matrix(1, 1) = focal;

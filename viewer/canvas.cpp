@@ -95,7 +95,7 @@ void Canvas::paste(const Picture& image,
   const Eigen::Vector2i to = (max_px * kOversampling).array().round().cast<int>();
   require(from.x() >= 0 && from.y() >= 0 && to.x() <= picture_.width_px &&
               to.y() <= picture_.height_px && (to - from).minCoeff() > 0,
-          "a pasted picture must lie inside the canvas");
+          "a pasted picture must be inside the canvas");
   cv::Mat target =
       view(picture_)(cv::Rect(from.x(), from.y(), to.x() - from.x(), to.y() - from.y()));
   const bool shrinks = target.cols < image.width_px;

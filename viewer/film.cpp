@@ -23,23 +23,24 @@ struct FilmWriter::Implementation {
 FilmWriter::FilmWriter(const std::string& path, int width_px, int height_px, double frames_per_s)
     : width_px_(width_px), height_px_(height_px) {
   require(width_px > 0 && height_px > 0 && width_px % 2 == 0 && height_px % 2 == 0,
-          "a film needs even sides above 0 px, not " + std::to_string(width_px) + "x" +
-              std::to_string(height_px));
+          "a film needs an even width and height above 0 px, not " + std::to_string(width_px) +
+              "x" + std::to_string(height_px));
   require(frames_per_s > 0.0, "a film needs more than 0 frames per second");
   implementation_ = std::make_unique<Implementation>(path);
   implementation_->writer.open(implementation_->file.unfinished_path(), cv::CAP_FFMPEG,
                                cv::VideoWriter::fourcc('m', 'p', '4', 'v'), frames_per_s,
                                cv::Size(width_px, height_px));
   if (!implementation_->writer.isOpened())
-    throw std::runtime_error("cannot write film " + path +
-                             ": is the folder there, and libopencv-videoio built with FFmpeg?");
+    throw std::runtime_error(
+        "cannot write film " + path +
+        ": does the folder exist, and is libopencv-videoio built with FFmpeg?");
 }
 
 FilmWriter::~FilmWriter() = default;
 
 void FilmWriter::add(const Picture& picture) {
   require(picture.width_px == width_px_ && picture.height_px == height_px_,
-          "a picture of another size than the film's");
+          "a picture whose size differs from the film's");
   const cv::Mat rgb(height_px_, width_px_, CV_8UC3, const_cast<Rgb*>(picture.pixels.data()));
   cv::Mat bgr;
   cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
@@ -54,7 +55,7 @@ void FilmWriter::finish() {
   const int whole = static_cast<int>(film.get(cv::CAP_PROP_FRAME_COUNT));
   if (!film.isOpened() || whole < frames_)
     throw std::runtime_error("film " + implementation_->name +
-                             " is not whole: " + std::to_string(whole) + " of " +
+                             " is incomplete: " + std::to_string(whole) + " of " +
                              std::to_string(frames_) + " pictures; is the disk full?");
   implementation_->file.finish();
 }

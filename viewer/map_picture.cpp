@@ -57,7 +57,7 @@ std::vector<LegendEntry> legend_of(const Scene& scene, const std::optional<MapEx
     if (!item.label.empty()) entries.push_back({item.label, item.color});
   if (extent && extent->cells_beyond > 0)
     entries.push_back(
-        {std::to_string(extent->cells_beyond) + " cells seen by single beams lie beyond",
+        {std::to_string(extent->cells_beyond) + " cells seen by single beams are outside",
          palette::kUnknown});
   return entries;
 }

@@ -171,7 +171,7 @@ void find_floor_and_ceiling(const std::vector<Patch>& patches, ModelSurvey& surv
 
 ModelSurvey survey_model(const Scene& scene) {
   const std::vector<Patch> all = patches_of(scene);
-  require(!all.empty(), "the model has no triangle with an area: nothing to look at");
+  require(!all.empty(), "the model has no triangle with an area: nothing to draw");
   const std::vector<Patch> rooms = without_islands(all);
   ModelSurvey survey;
   survey.box = box_without_strays(rooms, 0.005);

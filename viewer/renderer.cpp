@@ -19,9 +19,9 @@ void check_request(const Look& look, PictureSize size) {
   require(size.width_px >= 1 && size.height_px >= 1 && size.width_px <= kLargestPicturePx &&
               size.height_px <= kLargestPicturePx,
           "a picture of " + std::to_string(size.width_px) + " x " + std::to_string(size.height_px) +
-              " px lies outside 1..60000 px");
+              " px is outside 1..60000 px");
   require(look.supersampling >= 1 && look.supersampling <= 4,
-          "supersampling = " + std::to_string(look.supersampling) + " lies outside 1..4");
+          "supersampling = " + std::to_string(look.supersampling) + " is outside 1..4");
 }
 
 }  // namespace

@@ -61,7 +61,7 @@ std::string why_weak(std::string_view token) {
   constexpr std::size_t kLeast = 16, kLeastDifferent = 8, kMost = 200;
   const auto fits = [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; };
   if (!std::all_of(token.begin(), token.end(), fits)) {
-    return "has other characters than letters, digits, - and _";
+    return "has characters other than letters, digits, - and _";
   }
   if (token.size() < kLeast) return "is shorter than 16 characters";
   if (token.size() > kMost) return "is longer than 200 characters";
@@ -107,7 +107,7 @@ bool Access::is_listed(std::string_view origin) const {
 
 Access::Right Access::judge(const Request& request, std::string& why) const {
   if (!is_our_host(request.host)) {
-    why = "refused: a host name that is not ours";
+    why = "refused: unknown host name";
     return Right::refused;
   }
   const bool has_token = !token_.empty() && are_equal(request.token, token_);
@@ -117,7 +117,7 @@ Access::Right Access::judge(const Request& request, std::string& why) const {
   }
   const bool is_trusted = request.origin.empty() || is_ours(request) || is_listed(request.origin);
   if (!is_trusted && !(is_loopback_ && lower(request.origin) == kFoxglove)) {
-    why = "refused: a page of another site (--origin lists those that may)";
+    why = "refused: a page of another site (--origin allows sites)";
     return Right::refused;
   }
   return has_token || (is_trusted && token_.empty()) ? Right::steer : Right::look;

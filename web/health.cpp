@@ -84,8 +84,8 @@ std::vector<HealthFinding> Health::own_findings(int64_t now_us) const {
   for (const auto& [name, program] : programs_) {
     const std::string word = word_of(program, now_us);
     if (word == "silent") {
-      findings.push_back({true, name + " is no longer heard",
-                          "It ended, or its host is out of reach. Look at its output, and start it "
+      findings.push_back({true, name + " is silent",
+                          "It ended, or its host is unreachable. Read its output, and start it "
                           "again."});
     } else if (word == "error") {
       findings.push_back({true, name + ": " + program.state,
@@ -101,8 +101,8 @@ std::vector<HealthFinding> Health::own_findings(int64_t now_us) const {
   }
   if (base_ && now_us - base_->heard_us < kSilentUs && !base_->guard.empty()) {
     findings.push_back({false, "the obstacle guard of " + base_->name + ": " + base_->guard,
-                        "docs/stopping.md says what it needs: a laser that runs, and its height in "
-                        "its driver's position_m."});
+                        "It needs a running laser, and its height in the driver's position_m: see "
+                        "docs/stopping.md."});
   }
   return findings;
 }

@@ -61,7 +61,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
       return end(buffer_.size() > 0 || answered_ == 0 ? "refused: a request that took too long"
                                                       : "");
     }
-    if (error) return end("refused: what is no request");
+    if (error) return end("refused: malformed request");
     if (place_) shared_.connections.set_waiting(*place_, false);
     shared_.hub.turns().add(Turns::Rank::requests, [self = shared_from_this()] { self->serve(); });
   }
@@ -70,11 +70,11 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     const auto& request = parser_->get();
     if (request.count(http::field::host) > 1) {
       shared_.drops.count("refused: a request with two hosts");
-      return answer({400, "text/plain", "One Host, please.\n", {}});
+      return answer({400, "text/plain", "Expected one Host header.\n", {}});
     }
     if (!shared_.access.is_our_host(header(http::field::host))) {
-      shared_.drops.count("refused: a host name that is not ours");
-      return answer({421, "text/plain", "This host goes by another name.\n", {}});
+      shared_.drops.count("refused: unknown host name");
+      return answer({421, "text/plain", "Unknown host name.\n", {}});
     }
     if (websocket::is_upgrade(request)) return upgrade();
     if (request.method() != http::verb::get && request.method() != http::verb::head) {
@@ -136,7 +136,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
     http::response<http::string_body> response;
     const bool is_found = what.file.empty() && what.status != 404;
     fill(response, what.file.empty() ? what.status : 404, is_found ? what.type : "text/plain");
-    response.body() = is_found ? what.body : "There is nothing here.\n";
+    response.body() = is_found ? what.body : "Not found.\n";
     send(std::move(response));
   }
 

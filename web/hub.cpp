@@ -116,7 +116,7 @@ void Hub::make_room() {
         *waiting_ - std::min(ends, *waiting_) > kMostWaitingBytes ? slowest() : nullptr;
     if (client == nullptr) return;
     client->outbox.clear();
-    let_go(*client, "let go: a client that does not read");
+    let_go(*client, "disconnected: client too slow");
   }
 }
 
@@ -149,7 +149,7 @@ void Hub::broadcast(std::string binary) {
 void Hub::push_control(Client& client, Outgoing message) {
   if (client.is_going) return;
   if (!client.outbox.push_control(std::move(message))) {
-    return let_go(client, "let go: a client that does not read");
+    return let_go(client, "disconnected: client too slow");
   }
   client.link.wake();
   make_room();
@@ -182,10 +182,11 @@ std::string Hub::why_full(const Who& who) const {
     ++alike;
     of_address += client.who.address == who.address ? 1 : 0;
   }
-  if (who.may_steer) return alike < kMostSteering ? "" : "refused: more than 64 clients who steer";
-  if (alike >= kMostWatching) return "refused: more than 64 clients who watch";
-  return of_address < kMostWatchingOfAddress ? ""
-                                             : "refused: more than 32 who watch from one address";
+  if (who.may_steer) return alike < kMostSteering ? "" : "refused: more than 64 clients that steer";
+  if (alike >= kMostWatching) return "refused: more than 64 clients that watch";
+  return of_address < kMostWatchingOfAddress
+             ? ""
+             : "refused: more than 32 clients that watch from one address";
 }
 
 Hub::ClientId Hub::open(Link link, const Who& who) {

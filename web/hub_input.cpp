@@ -17,7 +17,7 @@ bool Hub::admits(Client& client) {
   if (client.is_going) return false;
   const double now_s = client.heard_s = now_s_();
   if (client.messages.take(now_s)) return true;
-  let_go(client, "let go: a client that sends too much");
+  let_go(client, "disconnected: client sends too much");
   return false;
 }
 
@@ -65,7 +65,8 @@ void Hub::take_binary(ClientId id, std::span<const uint8_t> message) {
     } else if (const auto* call = std::get_if<foxglove::ServiceCall>(&parsed)) {
       take_call(id, client, *call);
     } else if (const auto* control = std::get_if<foxglove::PlaybackControl>(&parsed)) {
-      if (!client.who.may_steer) throw std::invalid_argument("only watching: others look, too");
+      if (!client.who.may_steer)
+        throw std::invalid_argument("only watching: other clients watch, too");
       if (on_playback) on_playback(id, *control);
     }
   } catch (const std::invalid_argument& mistake) {

@@ -70,7 +70,7 @@ const std::map<std::string, std::string>& schemas() {
 
 std::string page_schema(const std::string& topic) {
   const auto at = schemas().find(topic);
-  require(at != schemas().end(), topic + " is no channel of the page");
+  require(at != schemas().end(), topic + " is not a channel of the page");
   return at->second;
 }
 

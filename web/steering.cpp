@@ -25,7 +25,7 @@ const Json& part(const Json& json, const char* name) {
 double number(const Json& json, const char* name) {
   const Json& value = part(json, name);
   if (value.is_null()) return 0.0;
-  require(value.is_number(), std::string("an order whose ") + name + " is no number");
+  require(value.is_number(), std::string("an order whose ") + name + " is not a number");
   const auto number = value.get<double>();
   require(std::isfinite(number) && std::abs(number) < kFarthestM,
           std::string("an order whose ") + name + " is not finite or too large");
@@ -34,7 +34,7 @@ double number(const Json& json, const char* name) {
 
 Json parsed(std::string_view text) {
   Json json = foxglove::parse_shallow(text);
-  require(json.is_object(), "an order that is no JSON object");
+  require(json.is_object(), "an order that is not a JSON object");
   return json;
 }
 

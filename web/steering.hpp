@@ -24,8 +24,8 @@ struct SteeringOptions {
     v("most_yaw_rate_deg_per_s", most_yaw_rate_deg_per_s, kPositive,
       "A browser's stick turns no faster than this.");
     v("goal_velocity_m_per_s", goal_velocity_m_per_s, kPositive,
-      "A drive to a place is no faster than this. When its browser is gone, a base that brakes by "
-      "0.3 m/s2 stands within a second; of more, later.");
+      "A drive to a place is no faster than this. When its browser disconnects, a base that brakes "
+      "at 0.3 m/s2 stands within a second; at a higher speed, later.");
   }
 };
 

@@ -97,7 +97,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
         self->shared_.drops.count("refused: a message above 32 kB");
       }
       if (error == asio::error::no_buffer_space) {
-        self->shared_.drops.count("let go: a client that sends too much");
+        self->shared_.drops.count("disconnected: client sends too much");
       }
       if (error) return self->end();
       if (!self->stream_.got_text() && self->shared_.hub.is_stop(self->message())) {
@@ -148,7 +148,7 @@ class WebSocketConnection : public std::enable_shared_from_this<WebSocketConnect
   // It has not taken a message within kSendWithin.
   void give_up() {
     if (!is_writing_ || is_over_) return;
-    shared_.drops.count("let go: a client that does not read");
+    shared_.drops.count("disconnected: client too slow");
     end();
   }
 

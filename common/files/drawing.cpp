@@ -27,7 +27,7 @@ void DrawingBuilder::line(const Eigen::Vector2d& from,
                           bool curved) {
   require(from.allFinite() && to.allFinite() && from.cwiseAbs().maxCoeff() <= kFarthest &&
               to.cwiseAbs().maxCoeff() <= kFarthest,
-          "holds a point farther away than 1e9 units");
+          "contains a point farther away than 1e9 units");
   if (from == to) return;
   require(drawing.lines.size() < kMostLines, "has more than two million lines");
   drawing.lines.push_back({from, to, layer, shape_, curved});

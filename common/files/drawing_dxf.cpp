@@ -63,7 +63,7 @@ class DxfDrawer {
   // In (0, 2 pi].
   static double turn(double span) {
     constexpr double kWhole = 2 * std::numbers::pi;
-    require(std::abs(span) < 1e6, "holds an impossible angle");
+    require(std::abs(span) < 1e6, "contains an impossible angle");
     span = std::fmod(span, kWhole);
     return span <= 1e-9 ? span + kWhole : span;
   }
@@ -106,9 +106,9 @@ class DxfDrawer {
     constexpr int kDeepest = 16;
     constexpr std::size_t kMostDrawn = 300'000;
     const auto block = file_.blocks.find(entity.name);
-    if (block == file_.blocks.end()) return out_.leave_out("INSERT of a block that is not there");
+    if (block == file_.blocks.end()) return out_.leave_out("INSERT of a missing block");
     if (block->second.entities.empty()) return;
-    require(depth < kDeepest, "holds blocks within blocks, more than 16 deep");
+    require(depth < kDeepest, "nests blocks more than 16 deep");
     const auto copies = [&](int code) {
       const double count = entity.number(code, 1.0);
       require(count >= 0 && count <= 1e5, "inserts a block more than 100000 times");
@@ -122,7 +122,7 @@ class DxfDrawer {
     for (int row = 0; row < rows; ++row) {
       for (int column = 0; column < columns; ++column) {
         drawn_ += 1 + block->second.entities.size();
-        require(drawn_ < kMostDrawn, "inserts blocks without end");
+        require(drawn_ < kMostDrawn, "inserts blocks endlessly");
         const Vector step(column * entity.number(44), row * entity.number(45));
         const Eigen::Affine2d inside = turned * Eigen::Translation2d(step) * scaled;
         for (const DxfEntity& part : block->second.entities) draw(part, inside, layer, depth + 1);

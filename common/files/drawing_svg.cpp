@@ -46,7 +46,7 @@ Eigen::Affine2d transform_of(std::string_view text) {
   while (true) {
     const std::size_t open = text.find('('), close = text.find(')');
     if (open == std::string_view::npos) return all;
-    require(close != std::string_view::npos && close > open, "holds a transform without its end");
+    require(close != std::string_view::npos && close > open, "contains an unterminated transform");
     std::string_view name = text.substr(0, open);
     const std::size_t first = name.find_first_not_of(" \t\r\n,");
     name = first == std::string_view::npos ? std::string_view() : name.substr(first);
@@ -57,7 +57,7 @@ Eigen::Affine2d transform_of(std::string_view text) {
     const auto value = [&](std::size_t i, double otherwise) {
       return i < given.size() ? given[i] : otherwise;
     };
-    require(!given.empty(), "holds a transform without numbers");
+    require(!given.empty(), "contains a transform without numbers");
     Eigen::Affine2d one = Eigen::Affine2d::Identity();
     const double rad = std::remainder(given[0], 360.0) * std::numbers::pi / 180.0;
     if (name == "translate") {
@@ -73,7 +73,7 @@ Eigen::Affine2d transform_of(std::string_view text) {
     } else if (name == "skewY") {
       one.linear() << 1, 0, std::tan(rad), 1;
     } else {
-      require(name == "matrix" && given.size() == 6, "holds an unknown transform");
+      require(name == "matrix" && given.size() == 6, "contains an unknown transform");
       one.matrix() << given[0], given[2], given[4], given[1], given[3], given[5], 0, 0, 1;
     }
     all = all * one;
@@ -100,7 +100,7 @@ class SvgReader {
       require(open_.size() < kDeepest, "is nested more than 500 deep");
       open_.push_back(inside);
     }
-    require(has_root_, "is no SVG file: it has no svg element");
+    require(has_root_, "is not an SVG file: it has no svg element");
     return std::move(out_.drawing);
   }
 
@@ -115,7 +115,7 @@ class SvgReader {
   void enter(const XmlTag& tag, Open& inside) {
     const std::string_view name = tag.local_name();
     if (name == "svg" && !has_root_) return root(tag);
-    require(has_root_, "is no SVG file: it begins with another element");
+    require(has_root_, "is not an SVG file: it begins with another element");
     const std::string style = tag.attribute("style");
     const auto is_off = [&](const char* property, const char* value) {
       std::string plain;
@@ -147,12 +147,12 @@ class SvgReader {
       numbers.number();
       numbers.number();
       view_width = numbers.number();
-      require(view_width > 0 && numbers.number() > 0, "has a viewBox without extent");
+      require(view_width > 0 && numbers.number() > 0, "has an empty viewBox");
     }
     const std::string said = tag.attribute("data-metres-per-unit");
     if (!said.empty()) {
       const double unit_m = SvgNumbers(said).number();
-      require(unit_m > 0, "says a scale that is not above zero");
+      require(unit_m > 0, "gives a scale that is not above zero");
       out_.drawing.unit_m = unit_m;
     }
     if (width.empty() || width.find('%') != std::string::npos) return;
@@ -180,7 +180,7 @@ class SvgReader {
     const Length found = length_of(text);
     if (found.unit.empty() || found.unit == "px") return found.value;
     const double unit_m = metres_of(found.unit);
-    require(unit_m > 0, "holds a length in a unit that is not known");
+    require(unit_m > 0, "contains a length in an unknown unit");
     return found.value * unit_m / kPixelM;
   }
 

@@ -25,8 +25,8 @@ class Pairs {
     if (!line(code)) return false;
     const auto parsed = std::from_chars(code.data(), code.data() + code.size(), pair.code);
     require(parsed.ec == std::errc{} && parsed.ptr == code.data() + code.size(),
-            "is no DXF file: line " + std::to_string(line_) + " is no group code");
-    require(line(pair.value), "is cut short: its last group code has no value");
+            "is not a DXF file: line " + std::to_string(line_) + " is not a group code");
+    require(line(pair.value), "is truncated: its last group code has no value");
     return true;
   }
 
@@ -106,7 +106,7 @@ class DxfParser {
       }
     }
     end_entity();
-    require(has_sections_, "is no DXF file: it has no section");
+    require(has_sections_, "is not a DXF file: it has no section");
   }
 
   static double number_of(const Pair& pair) {
@@ -117,7 +117,7 @@ class DxfParser {
     const auto parsed = std::from_chars(first, last, value);
     require(parsed.ec == std::errc{} && parsed.ptr == last && std::isfinite(value) &&
                 std::abs(value) <= 1e15,
-            "holds no number behind group code " + std::to_string(pair.code));
+            "has no number after group code " + std::to_string(pair.code));
     return value;
   }
 

@@ -54,7 +54,7 @@ void write(const std::filesystem::path& path,
   require((mesh.normals.empty() || mesh.normals.size() == count) &&
               (mesh.colors_rgb.empty() || mesh.colors_rgb.size() == count) &&
               (uvs.empty() || uvs.size() == count),
-          "write_glb: normals, colours and uvs need one a vertex");
+          "write_glb: expected one normal, colour and uv per vertex");
   GlbBuilder builder;
   json document = {{"asset", {{"version", "2.0"}, {"generator", "marco"}}}, {"scene", 0}};
   if (mesh.triangles.empty()) {  // glTF knows no empty mesh
@@ -65,7 +65,8 @@ void write(const std::filesystem::path& path,
   json surface = {{"metallicFactor", 0.0}, {"roughnessFactor", 1.0}};
   if (!image.empty()) {
     const bool png = image.rfind("\x89PNG", 0) == 0;
-    require(png || image.rfind("\xFF\xD8", 0) == 0, "write_glb: the picture is no PNG and no JPEG");
+    require(png || image.rfind("\xFF\xD8", 0) == 0,
+            "write_glb: the picture is neither PNG nor JPEG");
     const std::size_t view = builder.add_view(image.data(), image.size(), 0);
     document["images"] = {{{"bufferView", view}, {"mimeType", png ? "image/png" : "image/jpeg"}}};
     document["samplers"] = {{{"magFilter", kLinear},

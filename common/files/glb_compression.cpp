@@ -158,12 +158,12 @@ std::string unpacked(std::string_view packed, const json& how) {
   const auto mode = how.at("mode").get<std::string>();
   require(stride > 0 && stride <= 256 && stride % 4 == 0 &&
               count <= kMostGrowth * packed.size() / stride,
-          "ends within its compressed numbers");
+          "ends inside its compressed numbers");
   std::string bytes(count * stride, '\0');
   const auto* from = reinterpret_cast<const unsigned char*>(packed.data());
   int fault = 0;
   if (mode == "TRIANGLES") {
-    require(stride == sizeof(unsigned) && count % 3 == 0, "has triangles of an unknown form");
+    require(stride == sizeof(unsigned) && count % 3 == 0, "has triangles in an unknown form");
     fault = meshopt_decodeIndexBuffer(bytes.data(), count, stride, from, packed.size());
   } else {
     require(mode == "ATTRIBUTES", "is compressed in an unknown way");

@@ -23,11 +23,11 @@ uint32_t number_at(const std::string& file, std::size_t place) {
 class Glb {
  public:
   explicit Glb(const std::string& file) {
-    require(file.size() >= 20 && file.rfind("glTF", 0) == 0, "is no GLB");
+    require(file.size() >= 20 && file.rfind("glTF", 0) == 0, "is not a GLB");
     const std::size_t text_bytes = number_at(file, 12);
-    require(text_bytes <= file.size() - 20, "ends within its description");
+    require(text_bytes <= file.size() - 20, "ends inside its description");
     document_ = json::parse(file.substr(20, text_bytes), nullptr, false);
-    require(document_.is_object(), "its description is no JSON");
+    require(document_.is_object(), "its description is not JSON");
     const std::size_t start = 20 + text_bytes + 8;
     if (start <= file.size()) binary_ = file.substr(start);
   }
@@ -52,10 +52,10 @@ class Glb {
   std::vector<T> values(const json& index, int component, const char* type) const {
     const json& entry = accessor(index);
     require(entry.at("componentType") == component && entry.at("type") == type,
-            "holds other kinds of numbers than write_glb writes");
+            "contains number types that write_glb does not write");
     const std::string bytes = view(entry.at("bufferView"));
     std::vector<T> values(bytes.size() / sizeof(T));
-    require(bytes.size() % sizeof(T) == 0, "has numbers cut in two");
+    require(bytes.size() % sizeof(T) == 0, "has truncated numbers");
     if (!values.empty()) std::memcpy(static_cast<void*>(values.data()), bytes.data(), bytes.size());
     return values;
   }
@@ -64,7 +64,7 @@ class Glb {
   std::string_view bytes_of(const json& place) const {
     const auto start = place.value("byteOffset", std::size_t{0});
     const auto bytes = place.at("byteLength").get<std::size_t>();
-    require(start <= binary_.size() && bytes <= binary_.size() - start, "ends within its numbers");
+    require(start <= binary_.size() && bytes <= binary_.size() - start, "ends inside its numbers");
     return std::string_view(binary_).substr(start, bytes);
   }
 
@@ -122,7 +122,7 @@ TexturedMesh mesh_of(const Glb& glb) {
   for (std::size_t i = 0; i < indices.size(); i += 3) {
     mesh.triangles.push_back({indices[i], indices[i + 1], indices[i + 2]});
     require(indices[i] < count && indices[i + 1] < count && indices[i + 2] < count,
-            "has a triangle of vertices it does not hold");
+            "has a triangle that names a missing vertex");
   }
   for (const Eigen::Vector3f& vertex : mesh.vertices_m) {
     require(vertex.allFinite(), "has a vertex that is not finite");
@@ -139,7 +139,7 @@ TexturedMesh read_glb(const std::filesystem::path& path) {
   try {
     return mesh_of(Glb(read_whole_file(path)));
   } catch (const json::exception&) {
-    throw std::invalid_argument(path.string() + ": lacks what a GLB of write_glb's has");
+    throw std::invalid_argument(path.string() + ": lacks parts that write_glb writes");
   } catch (const std::invalid_argument& fault) {
     throw std::invalid_argument(path.string() + ": " + fault.what());
   }

@@ -135,7 +135,7 @@ GridMap read_map(const std::filesystem::path& yaml_path) {
     picture_path = inside_folder(yaml_path.parent_path(), yaml.image);
   } catch (const std::invalid_argument& outside) {
     throw std::invalid_argument(yaml_path.string() + ": the picture " + outside.what() +
-                                ": put it beside the yaml");
+                                ": put it next to the yaml file");
   }
   GridMap map = read_pgm(picture_path);
   map.origin_m = yaml.origin_m;

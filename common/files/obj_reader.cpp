@@ -48,7 +48,7 @@ class ObjReader {
     } else if (word == "f") {
       take_face(fields);
     } else if (std::find(kPassedOver.begin(), kPassedOver.end(), word) == kPassedOver.end()) {
-      fail("'" + std::string(word.substr(0, 20)) + "' begins no line of an OBJ that is read here");
+      fail("'" + std::string(word.substr(0, 20)) + "' is not a supported OBJ line");
     }
   }
 
@@ -80,7 +80,7 @@ class ObjReader {
 
   void take_color(float red, float green, float blue) {
     const auto byte = [this](float part) {
-      check(part >= 0.0F && part <= 1.0F, "a colour's parts are from 0 to 1");
+      check(part >= 0.0F && part <= 1.0F, "a colour's components are 0 to 1");
       return static_cast<uint8_t>(std::lround(255.0F * part));
     };
     mesh_.colors_rgb.push_back({byte(red), byte(green), byte(blue)});
@@ -91,7 +91,7 @@ class ObjReader {
     const auto given = TextFields(field).number<int64_t>();
     const auto all = static_cast<int64_t>(count);
     check(given && *given != 0 && *given <= all && *given >= -all,
-          "'" + std::string(field.substr(0, 20)) + "' is none of the " + std::to_string(count) +
+          "'" + std::string(field.substr(0, 20)) + "' is not one of the " + std::to_string(count) +
               " " + of + " before it");
     return static_cast<uint32_t>(*given > 0 ? *given - 1 : all + *given);
   }

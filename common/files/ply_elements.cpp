@@ -65,7 +65,7 @@ void PlyElements::fail(const std::string& what) const {
 
 std::string_view PlyElements::header_line() {
   const std::size_t end = content_.find('\n', at_);
-  if (end == std::string_view::npos) fail("no PLY: its header has no end");
+  if (end == std::string_view::npos) fail("not a PLY file: its header has no end");
   std::string_view line = content_.substr(at_, end - at_);
   at_ = end + 1;
   if (line.ends_with('\r')) line.remove_suffix(1);
@@ -109,7 +109,7 @@ void PlyElements::add_property(std::string_view line) {
   }
   const auto type = ply_scalar(word);
   if (!type || (is_list && !property.count_type) || elements_.empty()) {
-    fail("'" + std::string(line.substr(0, 80)) + "' is no property of an element");
+    fail("'" + std::string(line.substr(0, 80)) + "' is not a property of an element");
   }
   property.type = *type;
   property.name = words.next();
@@ -127,7 +127,7 @@ void PlyElements::check_counts() const {
     }
     if (least_bytes > 0 && element.count > (bytes_left() + 1) / least_bytes) {
       fail("its header declares " + std::to_string(element.count) + " of '" + element.name +
-           "', more than the file holds");
+           "', more than the file contains");
     }
   }
 }

@@ -22,9 +22,9 @@ class PathReader {
       const char letter = numbers_.letter();
       if (letter != 0) command = letter;
       require(letter != 0 || (command != 'Z' && command != 'z'),
-              "holds a path with a stray number");
+              "contains a path with a stray number");
       require(command != 0 && (!chains_.empty() || command == 'M' || command == 'm'),
-              "holds a path that does not begin with M");
+              "contains a path that does not begin with M");
       step(command);
       before_ = command;
       // Further points behind a move are lines.
@@ -81,7 +81,7 @@ class PathReader {
       case 'A':
         return arc(relative);
       default:
-        throw std::invalid_argument("holds a path with an unknown command");
+        throw std::invalid_argument("contains a path with an unknown command");
     }
   }
 
@@ -182,7 +182,7 @@ double SvgNumbers::number() {
   double value = 0.0;
   const auto parsed = std::from_chars(rest_.data(), rest_.data() + rest_.size(), value);
   require(parsed.ec == std::errc{} && std::abs(value) <= DrawingBuilder::kFarthest,
-          "holds no number where one should stand");
+          "lacks a number");
   rest_.remove_prefix(static_cast<std::size_t>(parsed.ptr - rest_.data()));
   return value;
 }
@@ -190,7 +190,7 @@ double SvgNumbers::number() {
 bool SvgNumbers::flag() {
   skip();
   require(!rest_.empty() && (rest_.front() == '0' || rest_.front() == '1'),
-          "holds an arc without its flags");
+          "contains an arc without its flags");
   const bool is_set = rest_.front() == '1';
   rest_.remove_prefix(1);
   return is_set;

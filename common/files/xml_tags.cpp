@@ -8,7 +8,7 @@ namespace marco::files {
 namespace {
 
 constexpr std::string_view kBlanks = " \t\r\n";
-constexpr const char* kCut = "is cut short: a tag has no end";
+constexpr const char* kCut = "is truncated: a tag has no end";
 
 }  // namespace
 
@@ -90,7 +90,7 @@ void XmlTags::read_tag(XmlTag& tag) {
     }
     const std::string_view key = name();
     skip_blanks();
-    require(!key.empty() && at_ < text_.size() && text_[at_] == '=', "holds a damaged tag");
+    require(!key.empty() && at_ < text_.size() && text_[at_] == '=', "contains a damaged tag");
     ++at_;
     skip_blanks();
     require(at_ < text_.size(), kCut);

@@ -119,9 +119,9 @@ bool BeamOrderJudge::note(const BeamVerdict& scan, const std::vector<double>& mi
 }
 
 std::string BeamOrderJudge::description() const {
-  if (present_ == given_) return "beam times are right after all: left as they are";
+  if (present_ == given_) return "beam times are correct after all: unchanged";
   if (given_ == BeamOrder::forwards) {
-    return present_ == BeamOrder::at_once ? "beams are measured at once, against their times"
+    return present_ == BeamOrder::at_once ? "beams are measured simultaneously, despite their times"
                                           : "beam times run backwards: reversed";
   }
   return present_ == BeamOrder::forwards

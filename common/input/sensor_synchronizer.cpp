@@ -69,7 +69,7 @@ void SensorSynchronizer::add(const OdometrySample& raw) {
   const OdometrySample sample =
       state_.odometry_corrector.corrected(raw, options_.calibration.odometry);
   if (state_.odometry.restarts_at(sample)) {
-    drop_("odometry restarted: not used for one scan");
+    drop_("odometry restarted: ignored for one scan");
     // What waits was measured before.
     complete_all();
     state_.odometry.clear();
@@ -102,7 +102,7 @@ void SensorSynchronizer::add(const ImuSample& raw) {
 
 void SensorSynchronizer::add(PanTiltState state) {
   state.utime = state.utime - Duration::from_seconds(options_.pantilt_late_s);
-  if (!state_.pantilt.add(state)) drop_("pan-tilt stamp that steps back");
+  if (!state_.pantilt.add(state)) drop_("pan-tilt stamp steps back");
   advance();
 }
 
@@ -110,7 +110,7 @@ void SensorSynchronizer::add(LaserScan scan) {
   if (sensor_of(scan.channel) == nullptr) {
     return drop_("no SENSOR_INFO for " + scan.channel + " yet");
   }
-  if (lidars_.came_before(scan)) return drop_("scan that came twice");
+  if (lidars_.came_before(scan)) return drop_("duplicate scan");
   if (!lidars_.is_used(scan)) return;
   if (rates_.is_new_sender(scan.channel, scan.utime)) drop_(rates_.notice());
   if (const auto wrong = range_units_.look(scan)) return drop_(*wrong);
@@ -148,7 +148,7 @@ void SensorSynchronizer::blank_body_and_floor(LaserScan& scan) {
   OwnBody& body = state_.own_bodies[scan.channel];
   const bool was_known = !body.parts().empty();
   if (body.look(scan) && !was_known && !body.parts().empty()) {
-    drop_(describe(body.parts()) + ": these returns are left out");
+    drop_(describe(body.parts()) + ": these returns are ignored");
   }
   for (const BodyPart& part : body.parts()) blank(scan, part);
 }

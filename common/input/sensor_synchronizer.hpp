@@ -35,9 +35,9 @@ struct SynchronizerOptions {
   void visit(Visitor& v) {
     v.advanced("patience_s", patience_s, Limits{0.0, 10.0},
                "How long a scan waits for its odometry and pan-tilt angle, in message time. More "
-               "where they arrive late; poses are delayed as much.");
+               "if they arrive late; poses are delayed as much.");
     v.advanced("level_tilt_limit_deg", level_tilt_limit_deg, Limits{0.0, 90.0},
-               "Scans tilted more are left out of the 2D map. More for a pan-tilt that cannot hold "
+               "Scans tilted more do not enter the 2D map. More for a pan-tilt that cannot hold "
                "its zero.");
     v.advanced("pantilt_gap_s", pantilt_gap_s, Limits{0.0, 60.0},
                "Longest gap between two pan-tilt angles that is interpolated. More for a pan-tilt "

@@ -137,7 +137,7 @@ std::string BaseDriver::why_held(const BaseCommand& command, Utime now) {
   const std::string silent = guard_.silent();
   if (streams && !silent.empty()) stream_.held = true;
   if (streams && stream_.held && silent.empty()) {
-    return "a sensor was silent: let go, then order again";
+    return "a sensor was silent: release the stick, then order again";
   }
   return silent;
 }

@@ -56,7 +56,7 @@ int base_main(int argc,
                                                    {Base::kLineSpeed, Parity::none},
                                                    std::make_unique<Base>(options.base)});
        },
-       DriverSwitch<Options>{"--no-guard", "drive into obstacles if told to",
+       DriverSwitch<Options>{"--no-guard", "drive into obstacles when ordered to",
                              [](Options& options) { options.base.guard.enabled = false; }}});
 }
 

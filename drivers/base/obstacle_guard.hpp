@@ -30,7 +30,7 @@ struct GuardOptions {
       "body_m = [FRONT, -HALF_WIDTH, FRONT, HALF_WIDTH, -BACK, HALF_WIDTH, -BACK, -HALF_WIDTH]";
   static constexpr std::array kRenamed{
       RenamedKey{"front_m", kBox}, RenamedKey{"back_m", kBox}, RenamedKey{"half_width_m", kBox},
-      RenamedKey{"max_age_s", "nothing: a sensor that falls silent stops the robot at once"}};
+      RenamedKey{"max_age_s", "none: a sensor that falls silent stops the robot at once"}};
 
   template <class Visitor>
   void visit(Visitor& v) {

@@ -49,10 +49,10 @@ bool drivable(const BaseCommand& order) {
 std::string OrderGate::why_refused(const BaseCommand& order, Utime now) const {
   if (order.kind == Kind::stop) return "";
   if (stopped() && order.kind != Kind::set_speed && order.kind != Kind::forget_sensors) {
-    return "no order to move is obeyed until it is released (marco stop --release)";
+    return "orders to move are refused until it is released (marco stop --release)";
   }
   if (!drivable(order)) {
-    return "no robot drives that: at most 10 m/s, 20 rad/s, 1000 m, 100 rad, 100 m/s2";
+    return "impossible for a robot: at most 10 m/s, 20 rad/s, 1000 m, 100 rad, 100 m/s2";
   }
   return why_stale(order.utime, now);
 }
@@ -71,8 +71,8 @@ bool OrderGate::on_emergency_stop(const EmergencyStop& message, Utime now) {
     if (released_.contains(message.utime)) return false;
     engage(message, now);
   } else if (latched_ && message.utime < latched_->utime) {
-    ignored_release_ = "; a release by " + printable(message.sender, Newline::escaped, 40) +
-                       " is older: passed over";
+    ignored_release_ =
+        "; a release by " + printable(message.sender, Newline::escaped, 40) + " is older: ignored";
   } else if (latched_) {
     latched_.reset();
     if (released_.size() > kMostStamps) released_.clear();

@@ -129,7 +129,7 @@ std::string SensorWatch::why_blind(Utime now) const {
     if (why.empty()) return "";
     add_words(reasons, why, ", ");
   }
-  return reasons.empty() ? "no laser or sonar is heard" : reasons;
+  return reasons.empty() ? "no laser or sonar data" : reasons;
 }
 
 std::string SensorWatch::dispute(Utime now) const {

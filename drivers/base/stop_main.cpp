@@ -69,8 +69,8 @@ int report(const Answers& bases, const char* not_done) {
   }
   if (bases.empty()) {
     std::fputs(
-        "marco stop: no base answers. Is its driver running, and on this network?\n"
-        "            If a robot moves, switch it off by hand.\n",
+        "marco stop: no base answers. Is its driver running, on this network?\n"
+        "            If a robot moves, use its own switch.\n",
         stderr);
   }
   return said_by_all(bases) ? 0 : 1;
@@ -88,8 +88,8 @@ int stop(process::LcmBus& bus, const Arguments& arguments) {
       [&](const base_status_t& status) {
         return status.note.starts_with(kEmergencyStopNote) != release ? done : "";
       });
-  const int code = report(bases, release ? "IS STILL STOPPED: its BASE_STATUS says why"
-                                         : "DID NOT STOP: switch it off by hand");
+  const int code = report(bases, release ? "IS STILL STOPPED: its BASE_STATUS gives the reason"
+                                         : "DID NOT STOP: use its own switch");
   if (!bases.empty() && !release) std::puts("marco stop --release lets it move again");
   return code;
 }
@@ -114,7 +114,7 @@ int forget_sensors(process::LcmBus& bus) {
         }
         return answer;
       });
-  return report(bases, "does not know this order: its driver is an older one");
+  return report(bases, "does not know this order: its driver is older");
 }
 
 int run(const Arguments& arguments) {
@@ -128,15 +128,15 @@ int run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   return process::run_main("marco-stop", [&] {
     process::CommandLine app(
-        "Stops every base that hears it, and keeps it stopped until --release.\n"
-        "Exit code 0: each base heard says that it did; 1: one did not, or none was heard");
+        "Stops every base on the network, and keeps it stopped until --release.\n"
+        "Exit code 0: each base confirmed it; 1: one did not, or none answered");
     Arguments arguments;
     process::add_common_arguments(app, arguments.common);
     app.add_flag("--release", arguments.release, "lets the bases take orders again");
     app.add_flag("--forget-sensors", arguments.forget_sensors,
-                 "stops nothing: the bases' guards forget lasers and sonars and where they sit, "
-                 "after one was removed or moved");
-    app.add_option("--reason", arguments.reason, "one line for whoever wonders why it stands");
+                 "does not stop: the bases' obstacle guards forget lasers, sonars and their "
+                 "mounts, after you removed or moved one");
+    app.add_option("--reason", arguments.reason, "one line that explains the stop to others");
     if (const auto code = app.parse(argc, argv)) return *code;
     return run(arguments);
   });

@@ -38,7 +38,7 @@ std::vector<ImuSample> Bno055Driver::take_samples() { return std::exchange(sampl
 
 std::string Bno055Driver::state() const {
   if (!alive_) {
-    return "nothing comes from the sensor: is it set to UART (PS1 high, PS0 low), RX and TX "
+    return "no data from the sensor: is it set to UART (PS1 high, PS0 low), RX and TX "
            "crossed?";
   }
   std::string state = phase_ < Phase::checking_mode ? "setting the sensor up" : "measuring";

@@ -51,7 +51,7 @@ std::unique_ptr<LaserDriver> driver_of(Kind laser,
 bool may_be_tried(Kind laser) { return is_laser(laser) && laser != Kind::sick; }
 
 LaserTrial try_laser(ByteStream& stream, const Clock& clock, Kind laser, int baud) {
-  if (!may_be_tried(laser)) throw std::logic_error("this laser is not to be tried");
+  if (!may_be_tried(laser)) throw std::logic_error("no trial for this laser");
   const auto driver = driver_of(laser, baud, stream, clock);
   LaserTrial trial;
   const Utime begin = clock();

@@ -86,9 +86,8 @@ std::optional<double> laser_height_m(const std::string& laser, double given_m) {
   if (given_m > 0.0) return given_m;
   if (isatty(STDIN_FILENO) == 0 || isatty(STDOUT_FILENO) == 0) return std::nullopt;
   for (std::string line = "?"; !line.empty();) {
-    std::printf(
-        "How high above the floor is the plane of %s, in metres? (Enter: not measured yet) ",
-        laser.c_str());
+    std::printf("Height of the plane of %s above the floor, in metres? (Enter: not measured yet) ",
+                laser.c_str());
     std::fflush(stdout);
     if (!std::getline(std::cin, line) || line.empty()) break;
     char* end = nullptr;
@@ -110,10 +109,10 @@ void write_files(const std::vector<PortReport>& reports, const Arguments& argume
   };
   const auto files = drivers::devices::robot_files(reports, there.string(),
                                                    root() + "/config/mapping.procman", height_m);
-  require(!files.empty(), "no device of Marco's was found: nothing to write");
+  require(!files.empty(), "no supported device was found: nothing to write");
   for (const auto& [name, text] : files) {
     require(!std::filesystem::exists(there / name),
-            (there / name).string() + " exists already: it is not overwritten");
+            (there / name).string() + " already exists: not overwritten");
   }
   std::filesystem::create_directories(there);
   for (const auto& [name, text] : files) {
@@ -126,7 +125,7 @@ void write_files(const std::vector<PortReport>& reports, const Arguments& argume
   }
   for (const std::string& laser : without_height) {
     std::printf(
-        "\n%s/%s.toml: measure how high the laser is; until then the base drives at most "
+        "\n%s/%s.toml: measure the laser's height; until then the base drives at most "
         "0.2 m/s",
         there.c_str(), laser.c_str());
   }
@@ -142,8 +141,8 @@ int run(const Arguments& arguments) {
   const std::vector<Port> ports = wanted_ports(arguments);
   if (ports.empty()) {
     std::puts(
-        "no serial ports are plugged in: `dmesg` shows what the kernel saw. A port of the "
-        "board itself, or a laser on Ethernet, is looked at by name: marco devices /dev/ttyS0 "
+        "no serial ports are plugged in: `dmesg` shows what the kernel saw. Name a port of the "
+        "board itself, or a laser on Ethernet, to probe it: marco devices /dev/ttyS0 "
         "tcp:192.168.0.1:2112");
   }
   const std::vector<PortReport> reports = survey_all(ports, arguments.listen_only);
@@ -164,26 +163,27 @@ int run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   return process::run_main("marco-devices", [&] {
     process::CommandLine app(
-        "What is plugged in: serial ports, what speaks there and at which rate, gamepads, "
-        "cameras.\nListens first, then asks with bytes that change nothing, and never at a port "
-        "that another process holds, or that may be a modem, a satellite receiver or a terminal. "
-        "A laser that was found is run for some scans. Takes 10 s, at most half a minute");
+        "Lists what is plugged in: devices on serial ports with their rates, gamepads, "
+        "cameras.\nListens first, then sends queries that change nothing, but never to a port that "
+        "another process holds, or that may be a modem, a satellite receiver or a terminal. Runs "
+        "each laser it finds for some scans. Takes 10 s, at most half a minute");
     Arguments arguments;
-    app.add_option("PORT", arguments.ports,
-                   "look at these only, and ask there whatever they are: a path, or tcp:HOST:PORT");
-    app.add_flag("--listen", arguments.listen_only, "only listen: send nothing");
+    app.add_option(
+        "PORT", arguments.ports,
+        "probe only these, and send queries whatever they are: a path, or tcp:HOST:PORT");
+    app.add_flag("--listen", arguments.listen_only, "only listen; send nothing");
     app.add_option("--write", arguments.write_to,
                    "folder for a configuration of each device, and a procman script");
     app.add_option("--laser-height", arguments.laser_height_m,
-                   "of --write: how high the laser's plane is above the floor [m]; asked for "
-                   "otherwise, where somebody can answer")
+                   "for --write: height of the laser's plane above the floor [m]; without it asked "
+                   "for on a terminal")
         .check([](const std::string& given) {
           const double height_m = std::strtod(given.c_str(), nullptr);
           const bool may = kHeights.min <= height_m && height_m <= kHeights.max;
           return may ? "" : "a height is 0.01 to 5 m";
         });
     app.add_flag("--udev", arguments.udev,
-                 "print udev rules that let every user at the computer open the devices");
+                 "print udev rules that give every local user access to the devices");
     if (const auto code = app.parse(argc, argv)) return *code;
     return run(arguments);
   });

@@ -62,13 +62,13 @@ std::string describe(const PortIdentity& identity) {
 }
 
 std::string why_not_asked(const PortIdentity& identity) {
-  if (identity.usb_id.empty()) return "it is not on USB, so that anything may listen there";
+  if (identity.usb_id.empty()) return "it is not on USB, so any device may be there";
   const auto begins = [&identity](std::string_view id) { return identity.usb_id.starts_with(id); };
   for (const Maker& maker : kLeftAlone) {
     if (begins(maker.id)) return "USB " + identity.usb_id + " is " + std::string(maker.what);
   }
   if (std::any_of(kAsked.begin(), kAsked.end(), begins)) return {};
-  return "USB " + identity.usb_id + " is nothing that Marco knows";
+  return "USB " + identity.usb_id + " is unknown to Marco";
 }
 
 }  // namespace marco::drivers::devices

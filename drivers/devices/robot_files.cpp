@@ -21,7 +21,7 @@ std::string role_of(Kind kind) {
 
 std::string quoted(const std::string& path) {
   require(path.find_first_of("\"'\\\n") == std::string::npos,
-          path + ": a path with quotes or backslashes cannot stand in a procman script");
+          path + ": a procman script cannot contain a path with quotes or backslashes");
   return "\"" + path + "\"";
 }
 
@@ -79,7 +79,7 @@ std::string place_of(const Part& part, const LaserHeight& height_m) {
                                   : "# position_m = [0.0, 0.0, HEIGHT]  # until it is given, the "
                                     "base drives at most 0.2 m/s\n";
   return "[place]\nchannel = " + quoted(part.publishes) +
-         "\n# Measure where it sits: x ahead, y left, z up, from the floor below the middle "
+         "\n# Measure its position: x ahead, y left, z up, from the floor below the middle "
          "between "
          "the driven wheels.\n# `marco calibrate` finds x, y and the last angle from a recorded "
          "drive, and not the height.\n" +

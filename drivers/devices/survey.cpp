@@ -56,7 +56,7 @@ std::string device_text(const PortReport& report) {
 
 std::string silence_text(const PortReport& report) {
   if (report.finding.echoes) {
-    return "echoes what is sent to it: a terminal, a modem, or a wire from TX to RX; nothing more "
+    return "echoes what it receives: a terminal, a modem, or a wire from TX to RX; nothing more "
            "was asked";
   }
   if (report.unasked.empty()) {
@@ -64,11 +64,11 @@ std::string silence_text(const PortReport& report) {
                                            : " A Create or Roomba answers only if you name the "
                                              "port.";
     return std::string(
-               "silent, and answers none of Marco's questions: is the device powered, and one that "
+               "silent, and answers none of Marco's queries: is the device powered, and one that "
                "Marco knows?") +
            create;
   }
-  return "silent; nothing was asked, because " + report.unasked;
+  return "silent; no query was sent, because " + report.unasked;
 }
 
 std::string stranger_text(const PortReport& report) {
@@ -79,13 +79,13 @@ std::string stranger_text(const PortReport& report) {
       return arrive + "NMEA sentences, as satellite receivers send: " + finding.claim.name;
     case Kind::text:
       return arrive + "text: '" + finding.claim.name +
-             "'. A base of your own? docs/text_base.md says what Marco understands";
+             "'. Your own base? docs/text_base.md describes the protocol";
     case Kind::login:
-      return "a terminal" + at_baud(finding.baud) + " that waits for a person: '" +
+      return "a terminal" + at_baud(finding.baud) + " that waits for input: '" +
              finding.claim.name + "'";
     case Kind::bytes:
       return text_of(finding.bytes_per_s, 0) +
-             " bytes a second arrive that no rate makes sense of: neither text nor a device that "
+             " bytes a second arrive that fit no baud rate: neither text nor a device that "
              "Marco knows";
     default:
       return silence_text(report);

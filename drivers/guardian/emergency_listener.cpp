@@ -50,7 +50,7 @@ std::string EmergencyListener::keep() {
       latch.save(stop);
       return std::string();
     } catch (const std::exception& failure) {
-      return std::string("the emergency stop, or its release, is not kept for a restart: ") +
+      return std::string("the emergency stop, or its release, could not be saved for a restart: ") +
              failure.what();
     }
   });

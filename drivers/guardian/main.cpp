@@ -62,7 +62,7 @@ struct Arguments {
 int guard(const Arguments& arguments) {
   process::start_logging("marco-guardian", "off");  // its driver says the same
   if (fcntl(kGuardianSocket, F_GETFD) < 0 || fcntl(kGuardianMemory, F_GETFD) < 0) {
-    throw process::UsageError("it is started by the driver of a base or a pan-tilt");
+    throw process::UsageError("only the driver of a base or a pan-tilt starts it");
   }
   if (fork() != 0) _exit(0);  // who kills the driver with its children shall spare this one
   setsid();
@@ -72,7 +72,7 @@ int guard(const Arguments& arguments) {
   fcntl(kGuardianSocket, F_SETFD, FD_CLOEXEC);
   void* page =
       mmap(nullptr, sizeof(GuardianBeat), PROT_READ | PROT_WRITE, MAP_SHARED, kGuardianMemory, 0);
-  if (page == MAP_FAILED) throw std::runtime_error("no memory is shared with the driver");
+  if (page == MAP_FAILED) throw std::runtime_error("no shared memory with the driver");
   leave_cgroup();
   std::unique_ptr<EmergencyListener> emergency;
   if (!arguments.base.empty()) {
@@ -97,8 +97,8 @@ int main(int argc, char** argv) {
         "stop.\n"
         "Drivers of bases and pan-tilts start it.");
     Arguments arguments;
-    app.add_option("--driver", arguments.driver, "whose it is, for ps to show");
-    app.add_option("--base", arguments.base, "whose emergency stop it keeps");
+    app.add_option("--driver", arguments.driver, "its driver, shown by ps");
+    app.add_option("--base", arguments.base, "the base whose emergency stop it keeps");
     process::add_lcm_url(app, arguments.lcm_url);
     if (const auto code = app.parse(argc, argv)) return *code;
     return guard(arguments);

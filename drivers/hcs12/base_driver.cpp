@@ -115,7 +115,7 @@ void Hcs12Base::on_wheel_status(const WheelStatus& status, Utime measured, Utime
   edit_status().motors_on = status.left_on || status.right_on;
   if (event == Event::stopped) stopped(now);
   if (event == Event::leg_reached) leg_ended(true, "", now);
-  if (event == Event::leg_missed) leg_ended(false, "the wheels did not get there", now);
+  if (event == Event::leg_missed) leg_ended(false, "the wheels did not reach the goal", now);
 }
 
 void Hcs12Base::on_sonar(const std::vector<uint32_t>& times, Utime now) {

@@ -163,7 +163,7 @@ void HokuyoDriver::on_answer(const Reply& reply) {
       return enter(Phase::asking_parameters);
     case Phase::asking_parameters: {
       const auto parameters = decode_parameters(reply);
-      if (!parameters) return start_over("the laser's parameters make no sense");
+      if (!parameters) return start_over("the laser's parameters are invalid");
       assembler_.start(*parameters, options_.cluster, options_.skip);
       return enter(Phase::laser_on);
     }

@@ -21,11 +21,11 @@ ImuDriver::ImuDriver(const ImuOptions& options)
     : options_(options), bias_(deg_to_rad(options.still_deg_per_s), options.still_s) {
   validate(options, "imu");
   require(rate_code(options.rate_hz).has_value(),
-          "imu.rate_hz: the sensor knows 1, 2, 5, 10, 20, 50, 100 and 200");
+          "imu.rate_hz: the sensor supports 1, 2, 5, 10, 20, 50, 100 and 200");
   // Two frames of eleven bytes a sample.
   require(static_cast<std::size_t>(options.rate_hz) * 2 * kFrameBytes * 10 <=
               static_cast<std::size_t>(options.baud),
-          "imu.rate_hz: more than the line carries at imu.baud");
+          "imu.rate_hz: too high for imu.baud");
   require(options.roll_pitch_yaw_deg.size() == 3, "imu.roll_pitch_yaw_deg: expected three numbers");
   robot_from_sensor_ =
       make_pose3(Eigen::Vector3d::Zero(), deg_to_rad(options.roll_pitch_yaw_deg[0]),
@@ -37,7 +37,7 @@ ImuDriver::ImuDriver(const ImuOptions& options)
 std::vector<ImuSample> ImuDriver::take_samples() { return std::exchange(samples_, {}); }
 
 std::string ImuDriver::state() const {
-  if (!alive_) return "nothing comes from the sensor: is the baud rate right?";
+  if (!alive_) return "no data from the sensor: is the baud rate right?";
   return "measuring, bias " + std::to_string(rad_to_deg(bias_.rad_per_s().z())) + " deg/s";
 }
 

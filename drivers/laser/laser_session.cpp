@@ -40,8 +40,8 @@ void LaserSession::step() {
 
 std::string LaserSession::state() const {
   if (repetitions_ < kStuckAfter) return driver_->state();
-  return driver_->state() + ", but stuck: the same scan " + std::to_string(repetitions_ + 1) +
-         " times";
+  return driver_->state() + ", but stuck: repeats the same scan " +
+         std::to_string(repetitions_ + 1) + " times";
 }
 
 void LaserSession::flush_input() {

@@ -49,7 +49,7 @@ uint8_t xor_of(std::span<const uint8_t> bytes) {
 Bytes encode_telegram(const Telegram& telegram) {
   require(!telegram.options.empty() && telegram.options.size() <= 3 &&
               (telegram.options[0] & 3u) == telegram.options.size(),
-          "an RS4 telegram's first option byte says how many there are");
+          "an RS4 telegram's first option byte gives their number");
   Bytes body{telegram.operation};
   body.insert(body.end(), telegram.options.begin(), telegram.options.end());
   if ((telegram.options[0] & kPasswordFollows) != 0) body.insert(body.end(), 8, ' ');

@@ -173,7 +173,7 @@ void P2osBase::watch_motion(const Sip& sip, Utime now) {
   const Leg rest{leg_->kind, leg_remaining()};
   leg_.reset();
   if (there || retries_ >= 2) {
-    leg_ended(there, there ? "" : "the robot did not get there", now);
+    leg_ended(there, there ? "" : "the robot did not reach the goal", now);
   } else {
     const int tries = retries_ + 1;  // the order may have been lost: nothing acknowledges it
     start_leg(rest, now);

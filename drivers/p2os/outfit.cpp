@@ -35,7 +35,7 @@ std::string Outfit::note() const {
            " at each end (bumpers_each_end)";
   }
   if (config_->watchdog_ms == 0) {
-    return "the robot's watchdog is off: it will not stop when the line is cut";
+    return "the robot's watchdog is off: it will not stop if the line is cut";
   }
   if (config_->watchdog_ms <= kLongWatchdogMs) return "";
   return "the robot's watchdog stops it only " + std::to_string(config_->watchdog_ms) +

@@ -40,7 +40,7 @@ int driver_main(int argc, const char* const* argv, const DriverProgram<Options>&
     bool switched = false;
     if (driver.extra) app.add_flag(driver.extra->name, switched, driver.extra->help);
     app.add_option("--device", device,
-                   "over the config's: a path; of a serial line also tcp:HOST:PORT")
+                   "overrides the config: a path; for a serial line also tcp:HOST:PORT")
         .check([](const std::string& given) {
           return given.empty() ? "no device: give a path, or tcp:HOST:PORT" : "";
         });

@@ -68,7 +68,7 @@ std::string LineWatch::guess() const {
            "`: " + (line.starts_with("$G") ? "a GPS receiver?" : "another device?");
   }
   if (most(zeros_ + ones_)) {
-    return "almost all 00 or ff: another baud rate, or a wire that is loose or crossed?";
+    return "almost all 00 or ff: another baud rate, or a loose or crossed wire?";
   }
   return "another baud rate, or another device?";
 }

@@ -26,7 +26,7 @@ std::string SickLink::try_next_baud_rate() {
     set_baud(search_.next());
     return {};
   } catch (const std::invalid_argument& cannot) {
-    require(search_.drop_current(), "this port can do none of the laser's baud rates");
+    require(search_.drop_current(), "this port supports none of the laser's baud rates");
     goal_baud_ = search_.next();
     set_baud(goal_baud_);
     return cannot.what();

@@ -94,7 +94,7 @@ void EmulatorPort::open_pty() {
   if (link.has_parent_path()) std::filesystem::create_directories(link.parent_path());
   require(!std::filesystem::exists(std::filesystem::symlink_status(link)) ||
               std::filesystem::is_symlink(link),
-          link_path_ + " exists and is no link: not replaced");
+          link_path_ + " exists and is not a link: not replaced");
   claim_ = claim_port(link_path_, name);
   std::filesystem::remove(link);
   std::filesystem::create_symlink(name, link);

@@ -42,8 +42,8 @@ FileHandle claim_port(const std::string& link, const std::string& terminal) {
   FileHandle claim(::open(lock_of(link).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
   struct flock whole = whole_file();
   if (!claim.valid() || fcntl(claim.get(), F_OFD_SETLK, &whole) != 0) {
-    throw std::runtime_error(link + ": another simulator runs there; end it, or choose a folder " +
-                             "of your own (--ports)");
+    throw std::runtime_error(
+        link + ": another simulator runs there; end it, or choose another folder (--ports)");
   }
   const std::string text = terminal + "\n";
   const bool written =
@@ -68,15 +68,15 @@ std::string why_no_device(const std::string& path, int fd) {
     const std::filesystem::path lock = lock_of(link);
     const FileHandle file(::open(lock.c_str(), O_RDONLY | O_CLOEXEC));
     if (file.valid() && !(is_held(file.get()) && names_terminal(lock, fd))) {
-      return "the simulator that made this link has ended, and the terminal may be somebody "
-             "else's by now: start the simulator again";
+      return "the simulator that made this link has ended, and another program may own the "
+             "terminal now: restart the simulator";
     }
     if (file.valid()) return "";
     link = link.parent_path() / std::filesystem::read_symlink(link, ignored);
   }
   if (!takes_keys(fd)) return "";
-  return "this is a terminal that somebody works in, and no device. If a program of yours stands "
-         "behind it, let it set the terminal raw first";
+  return "this is a user's terminal, not a device. If your program is behind it, let it first set "
+         "the terminal to raw mode";
 }
 
 }  // namespace marco::drivers

@@ -84,7 +84,7 @@ bool DescriptorStream::wait(short events, microseconds timeout) const {
   const int ready = ppoll(&waiting, 1, &limit, nullptr);
   if (ready < 0 && errno != EINTR) lost(std::strerror(errno));
   if (ready <= 0) return false;
-  if ((waiting.revents & events) == 0) lost("the other side is gone");
+  if ((waiting.revents & events) == 0) lost("the other side closed the line");
   return true;
 }
 
@@ -150,8 +150,8 @@ SerialStream::~SerialStream() { ioctl(fd(), TIOCNXCL); }
 void SerialStream::set_line(const LineSettings& line) {
   if (!set_terminal(fd(), line)) {
     if (errno == EINVAL) {
-      throw std::invalid_argument(name() + ": this port cannot do " + std::to_string(line.baud) +
-                                  " baud");
+      throw std::invalid_argument(name() + ": this port does not support " +
+                                  std::to_string(line.baud) + " baud");
     }
     lost(std::strerror(errno));
   }

@@ -197,7 +197,7 @@ std::string YdlidarDriver::state() const {
     state = "measuring, " + describe_scans(counts(), turns_.filter()) + rates;
   }
   if (info_) state += ", " + model_name(info_->model);
-  if (only_talks_) state += ", hears nothing";
+  if (only_talks_) state += ", receives nothing";
   if (answers()) state += ", " + std::to_string(search_.current()) + " baud";
   return with_trouble(state, counts(), trouble_);
 }

@@ -140,7 +140,7 @@ class LimitsChecker final : public OptionVisitor {
     const auto& [min, max] = setting.limits;
     require(value >= min && value <= max,
             "option " + path_.back() + std::string(setting.name) + " = " + std::to_string(value) +
-                " lies outside [" + std::to_string(min) + ", " + std::to_string(max) + "]");
+                " is outside [" + std::to_string(min) + ", " + std::to_string(max) + "]");
   }
   std::vector<std::string> path_;
 };

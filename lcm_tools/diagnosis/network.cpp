@@ -39,7 +39,7 @@ uint32_t parse_group(std::string_view text, const std::string& url) {
   while (parts < 4) {
     const std::size_t dot = text.find('.');
     uint8_t part = 0;
-    require(parse(text.substr(0, dot), part), "'" + url + "': the group is no IP address");
+    require(parse(text.substr(0, dot), part), "'" + url + "': the group is not an IP address");
     group = group << 8U | part;
     ++parts;
     if (dot == std::string_view::npos) break;
@@ -61,11 +61,10 @@ std::string UdpUrl::text() const { return "udpm://" + to_string(Address{group, p
 
 UdpUrl parse_udp_url(const std::string& url) {
   const std::size_t scheme = url.find("://");
-  require(
-      scheme != std::string::npos && url.substr(0, scheme) == "udpm",
-      "'" + url +
-          "': only udpm:// can be listened on (memq:// stays inside a process, tcpq:// names no "
-          "senders); for a log give its path");
+  require(scheme != std::string::npos && url.substr(0, scheme) == "udpm",
+          "'" + url +
+              "': only udpm:// can be observed (memq:// stays inside a process, tcpq:// names no "
+              "senders); for a log give its path");
   UdpUrl result;
   std::string_view rest = std::string_view(url).substr(scheme + 3);
   std::string_view options;
@@ -194,7 +193,7 @@ std::optional<Finding> broken_path(const NetworkState& state) {
     return Finding{
         "UDP port " + std::to_string(state.url.port) + " is held by " +
             (state.listeners.empty() ? "another process" : to_string(state.listeners[0].process)) +
-            ", which does not share it: end it, or use another port",
+            ", which does not share it: stop it, or use another port",
         "LCM_DEFAULT_URL='udpm://" + group + ":" + std::to_string(state.url.port + 1) +
             "?ttl=" + std::to_string(state.url.ttl) + "'   for all processes"};
   }
@@ -237,8 +236,8 @@ std::vector<Finding> diagnose(const NetworkState& state) {
   const std::optional<Finding> broken = broken_path(state);
   if (broken) findings.push_back(*broken);
   for (const std::string& url : state.heard_urls) {
-    findings.push_back({"LCM messages are heard on another URL: " + url,
-                        state.program + " --lcm-url '" + url + "'"});
+    findings.push_back(
+        {"LCM messages arrive on another URL: " + url, state.program + " --lcm-url '" + url + "'"});
   }
   for (const auto& [process, url] : state.other_urls) {
     findings.push_back({to_string(process) + " uses another URL: " + url,
@@ -251,17 +250,17 @@ std::vector<Finding> diagnose(const NetworkState& state) {
   findings.push_back({works + "nobody publishes on " + state.url.text(), ""});
   if (route != nullptr && route->device != "lo") {
     findings.push_back(
-        {"a publisher on another host reaches this one only with a time to live above 0 (0 is the "
-         "default); start it with",
+        {"a publisher on another host reaches this one only with a ttl above 0 (0 is the default); "
+         "start it with",
          "LCM_DEFAULT_URL='" + state.url.text() + "?ttl=1'"});
   } else if (state.interfaces.size() > 1) {
     const auto other = std::find_if(state.interfaces.begin(), state.interfaces.end(),
                                     [](const Interface& i) { return i.name != "lo" && i.up; });
     if (other != state.interfaces.end()) {
       findings.push_back(
-          {"multicast stays on this host (its route is lo): publishers on other hosts are not "
-           "heard, unless it goes by " +
-               other->name + " and they use ttl=1",
+          {"multicast stays on this host (its route is lo): messages from other hosts do not "
+           "arrive, unless it uses " +
+               other->name + " and those hosts use ttl=1",
            "sudo ip route add " + ip_text(state.url.group) + "/32 dev " + other->name});
     }
   }

@@ -12,7 +12,7 @@ std::regex compiled(const std::string& text, ChannelPattern::Case letters) {
   try {
     return std::regex(text, syntax);
   } catch (const std::regex_error& wrong) {
-    throw std::invalid_argument("'" + text + "' is no regular expression: " + wrong.what());
+    throw std::invalid_argument("'" + text + "' is not a regular expression: " + wrong.what());
   }
 }
 

@@ -32,8 +32,8 @@ void step(const AtStep& at, const char* name) {
 
 [[noreturn]] void cannot_finish(const fs::path& folder, const std::string& why) {
   throw std::runtime_error(folder.string() +
-                           ": a command was killed while it put its results here, and they cannot "
-                           "be completed now (" +
+                           ": a command was killed while it stored its results here, and they "
+                           "cannot be completed now (" +
                            why + "); use the folder once as the user it belongs to");
 }
 
@@ -142,7 +142,7 @@ void finish_interrupted(const fs::path& folder, const AtStep& at) {
   const auto end = std::chrono::steady_clock::now() + kPatience;
   FolderLock lock;
   while (access(work.c_str(), F_OK) == 0 && !lock.take(work)) {
-    if (std::chrono::steady_clock::now() > end) cannot_finish(home, "another program is at it");
+    if (std::chrono::steady_clock::now() > end) cannot_finish(home, "another program is using it");
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   if (access(journal.c_str(), F_OK) != 0) return;

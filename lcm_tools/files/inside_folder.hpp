@@ -24,17 +24,17 @@ inline std::filesystem::path inside_folder(const std::filesystem::path& folder,
   const auto refuse = [&](const std::string& why) {
     throw std::invalid_argument("'" + name.string() + "' " + why);
   };
-  if (!stays_inside(name)) refuse("lies outside of its folder");
+  if (!stays_inside(name)) refuse("is outside its folder");
   const fs::path path = folder / name.lexically_normal();
   std::error_code error;
   const fs::path whole = fs::canonical(path, error);
   if (error) return path;
   const fs::path within = fs::canonical(folder.empty() ? "." : folder, error);
   if (error || !stays_inside(whole.lexically_relative(within))) {
-    refuse("is a link that leads out of its folder");
+    refuse("is a link that points outside its folder");
   }
   const fs::file_type type = fs::status(whole, error).type();
-  if (type != fs::file_type::regular && type != fs::file_type::directory) refuse("is no file");
+  if (type != fs::file_type::regular && type != fs::file_type::directory) refuse("is not a file");
   return whole;
 }
 

@@ -87,7 +87,7 @@ fs::path behind_links(const fs::path& path) {
     target = (target.parent_path() / link).lexically_normal();
     if (!target.has_filename()) target = target.parent_path();
   }
-  cannot_write(path, "its links lead in a circle");
+  cannot_write(path, "its links form a cycle");
 }
 
 void sync_to_disk(const fs::path& path) {

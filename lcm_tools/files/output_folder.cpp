@@ -143,7 +143,7 @@ OutputFolder::State OutputFolder::take_part() {
   if (mkdir(part_.c_str(), 0777) != 0) {
     why_not_ = std::strerror(errno);
     if (errno != EEXIST) return State::unusable;
-    why_not_ = "it is not of Marco's making; move it away";
+    why_not_ = "Marco did not make it; move it away";
     if (!is_work_of_ours(part_)) return State::unusable;
   }
   if (!take_patiently(lock_, part_)) {
@@ -275,7 +275,7 @@ void OutputFolder::commit() {
   results.insert(list_name(owner_));
   for (const std::string& name : results) {
     if (fs::is_directory(fs::symlink_status(folder_ / name))) {
-      refuse(folder_ / name, "is a folder; a result of this name belongs there");
+      refuse(folder_ / name, "is a folder; a result with this name belongs there");
     }
     sync_to_disk(part_ / name);
   }

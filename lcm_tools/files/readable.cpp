@@ -22,8 +22,8 @@ std::string name_of(uid_t user) {
 std::string permission_text(const std::filesystem::path& path) {
   std::string text = "permission denied to " + name_of(::geteuid());
   struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) return text + " by a folder above it";
-  return text + ": it belongs to " + name_of(status.st_uid) + ", who may allow it by `chmod +r`";
+  if (::stat(path.c_str(), &status) != 0) return text + " by a parent folder";
+  return text + ": it belongs to " + name_of(status.st_uid) + ", who can permit it with `chmod +r`";
 }
 
 }  // namespace

@@ -96,7 +96,7 @@ const ExportFormat& format_of(const ExportArguments& arguments,
     names += (names.empty() ? "" : ", ") + format.name;
   }
   throw std::invalid_argument(arguments.out +
-                              ": no format has this ending; choose one with --format: " + names);
+                              ": no format has this extension; choose one with --format: " + names);
 }
 
 }  // namespace

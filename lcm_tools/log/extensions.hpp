@@ -27,7 +27,7 @@ struct Extensions {
   MakeMcapTranslator make_mcap_translator;
   std::vector<std::function<void(process::CommandLine&)>> commands;  ///< each adds a subcommand
   std::vector<std::string_view> order_channels;  ///< left out by `play`, besides lcm_tools' own
-  /// Explains a file that holds no LCM event, with its path. Empty: "PATH: holds no whole LCM
+  /// Explains a file that holds no LCM event, with its path. Empty: "PATH: has no complete LCM
   /// event".
   std::function<std::string(const std::string& path)> explain_no_log;
   /// What `info` says of a file that is no LCM log: see InfoArguments::describe.

@@ -91,7 +91,7 @@ void add_damage(std::string& text, const LogInfo& info) {
                    i + 1 < info.stretches.size() ? "," : "");
   }
   if (info.damage.places > static_cast<int64_t>(kShown)) text += " ...";
-  text += "\n            marco-log repair writes a log without them\n";
+  text += "\n            marco-log repair writes a log without it\n";
 }
 
 }  // namespace

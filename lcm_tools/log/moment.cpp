@@ -13,8 +13,8 @@ namespace marco::logs {
 namespace {
 
 constexpr const char* kUnderstood =
-    ": no moment; understood are seconds (12.5), minutes (1:30), hours (1:02:03), the same with a "
-    "minus before the end, @SECONDS since 1970 and 2016-02-04T15:33:20Z";
+    ": not a time; write seconds (12.5), minutes (1:30), hours (1:02:03), the same with a minus "
+    "for times before the end, @SECONDS since 1970, or 2016-02-04T15:33:20Z";
 constexpr double kLargestS = 1e11;  // some 3000 years
 
 std::optional<double> parse_number(std::string_view text) {
@@ -60,7 +60,7 @@ LogSpan find_span(files::EventLogReader& reader) {
   LogSpan span;
   reader.seek(0);
   const auto first = reader.next_head();
-  require(first.has_value(), "the log holds no whole event");
+  require(first.has_value(), "the log has no complete event");
   span.first = span.last = bounded(first->event_time);
   // From ever further before the end, until a whole event lies there.
   for (int64_t back = 64 << 10;; back *= 8) {
@@ -116,9 +116,9 @@ TimeRange parse_range(std::string_view from, std::string_view to, const LogSpan&
   TimeRange range;
   if (!from.empty()) range.from = parse_moment(from).in(span);
   if (!to.empty()) range.to = parse_moment(to).in(span);
-  require(range.from < range.to, "nothing lies between " + std::string(from) + " and " +
-                                     std::string(to) + " (the log runs from " +
-                                     to_text(span.first) + " to " + to_text(span.last) + ")");
+  require(range.from < range.to, "there is nothing between " + std::string(from) + " and " +
+                                     std::string(to) + " (the log spans " + to_text(span.first) +
+                                     " to " + to_text(span.last) + ")");
   return range;
 }
 

@@ -32,7 +32,7 @@ class NoLogError : public std::invalid_argument {
  public:
   /// @param outcome  what became of the command, "; nothing was written"
   explicit NoLogError(const std::string& path, const std::string& outcome = "")
-      : std::invalid_argument(path + ": holds no whole LCM event" + outcome),
+      : std::invalid_argument(path + ": has no complete LCM event" + outcome),
         path_(path),
         outcome_(outcome) {}
   const std::string& path() const { return path_; }
@@ -72,7 +72,7 @@ struct TimeRange {
 };
 
 /// `from` and `to` as parse_moment takes them, "" = open.
-/// @throws std::invalid_argument also when nothing lies between them.
+/// @throws std::invalid_argument also when there is nothing between them.
 TimeRange parse_range(std::string_view from, std::string_view to, const LogSpan& span);
 
 /// "2016-02-04T15:33:20.250000Z"; for what is no date of four digits the plain seconds.

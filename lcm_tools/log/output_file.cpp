@@ -10,13 +10,13 @@ void check_output_path(const std::filesystem::path& path,
   std::error_code none;
   for (const auto& input : inputs) {
     require(!std::filesystem::equivalent(path, input, none),
-            path.string() + ": is the input itself; give another name");
+            path.string() + ": is the input; give another name");
   }
   const bool keeps_nothing = std::filesystem::exists(path, none) &&
                              !std::filesystem::is_regular_file(path, none) &&
                              !std::filesystem::is_directory(path, none);
   require(existing == Existing::replace || keeps_nothing || !std::filesystem::exists(path, none),
-          path.string() + ": exists already; --force replaces it");
+          path.string() + ": already exists; --force replaces it");
 }
 
 namespace {

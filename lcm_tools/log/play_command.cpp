@@ -194,7 +194,7 @@ class Publisher {
       total += count;
       each += (each.empty() ? "" : ", ") + std::to_string(count) + " on " + channel;
     }
-    std::printf("  left out %lld orders, which a live robot would obey: %s (--orders plays them)\n",
+    std::printf("  left out %lld orders that a live robot would obey: %s (--orders plays them)\n",
                 static_cast<long long>(total), each.c_str());
   }
 

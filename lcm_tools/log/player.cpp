@@ -11,7 +11,7 @@ ChannelRenames::ChannelRenames(const std::vector<std::string>& rules) {
   for (const std::string& rule : rules) {
     const std::size_t equals = rule.find('=');
     require(equals != std::string::npos && equals > 0 && equals + 1 < rule.size(),
-            "'" + rule + "': a renaming is OLD=NEW");
+            "'" + rule + "': a rename is OLD=NEW");
     try {
       rules_.emplace_back(std::regex(rule.substr(0, equals), std::regex::extended),
                           rule.substr(equals + 1));

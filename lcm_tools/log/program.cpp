@@ -99,10 +99,11 @@ void add_merge(process::CommandLine& program) {
 
 void add_repair(process::CommandLine& program) {
   auto [command, repair] = add<RepairArguments>(
-      program, "repair", "keep every whole event of a damaged log and repair headers", run_repair);
+      program, "repair", "keep every complete event of a damaged log and repair headers",
+      run_repair);
   command.in(repair.in);
   command.out("OUT", repair.out);
-  command.app.add_flag("--as-is", repair.as_is, "repair nothing: copy whole events only");
+  command.app.add_flag("--as-is", repair.as_is, "repair nothing; copy complete events only");
   command.json(repair.format);
   command.types(repair.types);
   add_force(command.app, repair.existing);
@@ -110,13 +111,13 @@ void add_repair(process::CommandLine& program) {
 
 void add_recordings(process::CommandLine& program) {
   auto [list, arguments] = add<RecordingsArguments>(
-      program, "recordings", "what marco-recorder recorded: name, length, size, kept",
+      program, "recordings", "list the recordings of marco-recorder: name, length, size, kept",
       run_recordings);
   list.app.add_option("FOLDER", arguments.home, "default: $MARCO_RUN/recordings, or ./recordings");
-  auto [keep, kept] = add<KeepArguments>(
-      program, "keep", "recordings that are never deleted to make room", run_keep);
+  auto [keep, kept] =
+      add<KeepArguments>(program, "keep", "never delete these recordings to make room", run_keep);
   keep.app.add_option("RECORDING", kept.recordings, "name or folder").required();
-  keep.app.add_flag("--undo", kept.undo, "they may be deleted again");
+  keep.app.add_flag("--undo", kept.undo, "permit deletion again");
 }
 
 void add_export(process::CommandLine& program, const Extensions& extensions) {
@@ -129,7 +130,8 @@ void add_export(process::CommandLine& program, const Extensions& extensions) {
       [formats](const ExportArguments& arguments) { run_export(arguments, formats); });
   command.in(request.in);
   command.out("OUT", request.out, "file; for csv and images a folder");
-  command.app.add_option("--format", request.format, "default: by the ending of OUT").one_of(names);
+  command.app.add_option("--format", request.format, "default: by the extension of OUT")
+      .one_of(names);
   command.range(request.from, request.to);
   command.channels(request.channels);
   command.types(request.types);

@@ -26,7 +26,7 @@ void run_recordings(const RecordingsArguments& arguments) {
   const std::filesystem::path home =
       arguments.home.empty() ? recorder::default_home() : std::filesystem::path(arguments.home);
   const std::vector<recorder::Recording> all = recorder::recordings_in(home);
-  require(!all.empty(), "there is no recording of marco-recorder in " + home.string());
+  require(!all.empty(), "no recording of marco-recorder in " + home.string());
   std::size_t width = 0;
   for (const auto& one : all) width = std::max(width, one.folder.filename().string().size());
   int64_t bytes = 0;
@@ -48,7 +48,7 @@ void run_keep(const KeepArguments& arguments) {
     recorder::keep(folder,
                    arguments.undo ? recorder::Keep::until_room_is_needed : recorder::Keep::forever);
     print(stdout, "%s %s\n", folder.c_str(),
-          arguments.undo ? "may be deleted when room is needed" : "is kept");
+          arguments.undo ? "may be deleted to make room" : "is kept");
   }
 }
 

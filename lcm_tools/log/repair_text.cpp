@@ -38,7 +38,7 @@ std::string to_text(const RepairReport& report) {
   int64_t undecodable = 0;
   for (const auto& [channel, count] : report.undecodable) undecodable += count;
   if (undecodable > 0) {
-    text += "kept, but their message does not decode: " + std::to_string(undecodable) + " (";
+    text += "kept, but their messages do not decode: " + std::to_string(undecodable) + " (";
     bool first = true;
     for (const auto& [channel, count] : report.undecodable) {
       text += (first ? "" : ", ") + channel + " " + std::to_string(count);

@@ -38,8 +38,8 @@ void add_common_arguments(CommandLine& app, CommonArguments& arguments) {
 
 void add_print_config(CommandLine& app, ConfigArguments& arguments) {
   const auto print = app.add_flag("--print-config", arguments.print_config,
-                                  "print the settings in force, with what they are, and exit");
-  app.add_flag("--advanced", arguments.advanced, "with --print-config: the rare settings, too")
+                                  "print the effective settings with descriptions, and exit");
+  app.add_flag("--advanced", arguments.advanced, "with --print-config: include the rare settings")
       .needs(print);
 }
 

@@ -187,13 +187,12 @@ class TomlReader final : public OptionVisitor {
     value = **node.as_boolean();
   }
   void read(std::string_view name, const toml::node& node, std::string& value, Limits) const {
-    if (!node.is_string()) fail(name, node, "a text in quotes");
+    if (!node.is_string()) fail(name, node, "a string in quotes");
     value = **node.as_string();
     // A config may come from elsewhere: files it makes us write elsewhere are worth a warning.
     const bool is_file = name.ends_with("_path") || name.ends_with("_folder");
     if (is_file && !files::stays_inside(value)) {
-      spdlog::warn("{}{} = \"{}\" lies outside of the working folder", levels_.back().path, name,
-                   value);
+      spdlog::warn("{}{} = \"{}\" is outside the working folder", levels_.back().path, name, value);
     }
   }
   template <class T>
@@ -203,7 +202,7 @@ class TomlReader final : public OptionVisitor {
             Limits limits) const {
     const toml::array* array = node.as_array();
     if (array == nullptr) {
-      fail(name, node, std::is_same_v<T, double> ? "a list of numbers" : "a list of texts");
+      fail(name, node, std::is_same_v<T, double> ? "a list of numbers" : "a list of strings");
     }
     values.clear();
     for (const toml::node& item : *array) read(name, item, values.emplace_back(), limits);

@@ -169,7 +169,7 @@ void LcmBus::enlarge_buffer(int socket) {
   const int64_t given = diagnosis::ask_for_buffer(socket, wanted);
   if (given >= wanted) return;
   spdlog::warn(
-      "LCM's receive buffer has {} kB instead of {}: large messages may get lost. To fix it:\n  {}",
+      "LCM's receive buffer has {} kB instead of {}: large messages may be lost. To fix it:\n  {}",
       given / 1024, wanted / 1024, diagnosis::larger_buffers_command());
 }
 
@@ -184,7 +184,7 @@ void LcmBus::publish_raw(const std::string& channel,
                          Utime /*utime*/) {
   errno = 0;
   if (lcm_.publish(channel, bytes.data(), static_cast<unsigned int>(bytes.size())) == 0) {
-    if (unsent_ > 0) spdlog::info("LCM sends again; {} messages were not sent", unsent_);
+    if (unsent_ > 0) spdlog::info("LCM can send again; {} messages were not sent", unsent_);
     unsent_ = 0;
     return;
   }

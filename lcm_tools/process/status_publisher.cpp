@@ -36,7 +36,7 @@ void StatusPublisher::send(const std::string& state) {
   }
   for (const auto& [channel, count] : bus_.lost()) {
     status.received += count;
-    status.drop_causes.push_back("came too fast: the oldest of " + channel);
+    status.drop_causes.push_back("arrived too fast: the oldest of " + channel);
     status.drop_counts.push_back(count);
   }
   if (const int64_t datagrams = bus_.lost_datagrams(); datagrams > 0) {

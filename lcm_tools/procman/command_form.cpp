@@ -78,7 +78,7 @@ PlacedCommand CommandForm::command() const {
   }
   command.label = label_;
   command.exec = text_of("exec");
-  if (command.exec.empty()) refuse("exec", "what is to run");
+  if (command.exec.empty()) refuse("exec", "the command line");
   command.deputy = text_of("deputy");
   if (command.deputy.empty()) refuse("deputy", "the id of a deputy");
   placed.group = text_of("group");

@@ -83,7 +83,7 @@ class ScriptChecker {
       for (const ScriptAction& action : scripts_.at(name)->actions) {
         if (action.kind != ActionKind::run_script || !endless.contains(action.script)) continue;
         add(name, action,
-            "expected a script that ends: running \"" + action.script + "\" goes in a circle");
+            "expected a script that ends: running \"" + action.script + "\" forms a cycle");
       }
     }
     blame_callers();

@@ -30,8 +30,8 @@ class Parser {
         config.scripts.push_back(parse_script(place));
         const auto [known, is_new] = scripts_.try_emplace(config.scripts.back().name, place);
         if (!is_new) {
-          throw ConfigError(place, "expected another name: there is a script \"" + known->first +
-                                       "\" at " + known->second.text());
+          throw ConfigError(place, "expected another name: there already is a script \"" +
+                                       known->first + "\" at " + known->second.text());
         }
       } else if (take_word("include")) {
         config.includes.push_back({take_string("the path of a file"), place});
@@ -103,9 +103,8 @@ class Parser {
     while (!sees_symbol("}")) parse_attribute(command, stated_group);
     if (command.exec.empty()) fail("an attribute 'exec' that is not empty in this command");
     if (!stated_group.empty() && stated_group != path) {
-      throw ConfigError(
-          place, "expected the attribute 'group' to name the group the command stands in ('" +
-                     path + "'), got '" + stated_group + "'");
+      throw ConfigError(place, "expected the attribute 'group' to name the command's own group ('" +
+                                   path + "'), got '" + stated_group + "'");
     }
     take_symbol("}");
     group.commands.push_back(std::move(command));

@@ -43,8 +43,8 @@ std::vector<std::pair<std::string, std::string>> OutputLog::on_output(
         const int64_t lost = span.first_byte - *buffer.expected_byte;
         lost_bytes_ += lost;
         append(ids[i],
-               "\n[" + std::to_string(lost) + " bytes lost on the way; all is in " + span.file +
-                   " of " + deputy + "]\n",
+               "\n[" + std::to_string(lost) + " bytes lost in transit; all output is in " +
+                   span.file + " of " + deputy + "]\n",
                completed);
       }
       buffer.expected_byte = span.end_byte;

@@ -148,8 +148,8 @@ ScriptRunner::Progress ScriptRunner::check_wait(const ScriptAction& action,
       const SheriffCommand& command = sheriff.commands().at(id);
       const bool returns = command.spec.auto_respawn && !command.force_quit;
       if (!has_stopped(command.status()) || returns) continue;
-      return give_up(wait, id + " has ended, waiting for " + describe_wait(action) +
-                               " is in vain (" + action.place.text() + ")");
+      return give_up(wait, id + " has ended, so waiting for " + describe_wait(action) + " fails (" +
+                               action.place.text() + ")");
     }
   }
   if (!wait.timeout_ms) return Progress::waits;
@@ -158,7 +158,7 @@ ScriptRunner::Progress ScriptRunner::check_wait(const ScriptAction& action,
     next_due_us_ = end_us;
     return Progress::waits;
   }
-  return give_up(wait, "waited " + std::to_string(*wait.timeout_ms) + " ms in vain for " +
+  return give_up(wait, "timed out after " + std::to_string(*wait.timeout_ms) + " ms waiting for " +
                            describe_wait(action) + " (" + action.place.text() + ")");
 }
 

@@ -121,7 +121,7 @@ std::vector<std::string> SheriffState::tell_stale(const DeputyInfo& info,
       1e-6 * (static_cast<double>(now_utime_us) - static_cast<double>(info.utime_us));
   return {"deputy " + info.deputy_id + " is ignored: its clock is " +
           std::to_string(std::llround(std::min(age_s, 1e12))) +
-          " s behind ours. Set both clocks (chrony, ntp)"};
+          " s behind ours. Synchronize both clocks (chrony, ntp)"};
 }
 
 void SheriffState::note_missing(const std::string& deputy, const std::set<std::string>& listed) {
@@ -245,7 +245,8 @@ Orders SheriffState::single_order(const std::string& id,
   const auto at = commands_.find(id);
   require(at != commands_.end(), "there is no command \"" + id.substr(0, 100) + "\"");
   const std::string& deputy = at->second.deputy;
-  require(at->second.reported.has_value(), "deputy '" + deputy + "' of this command was not heard");
+  require(at->second.reported.has_value(),
+          "deputy '" + deputy + "' of this command does not answer");
   if (action == "start") {
     start(id);
   } else if (action == "stop") {
@@ -259,7 +260,7 @@ Orders SheriffState::single_order(const std::string& id,
   observer_ = true;
   const auto orders = std::find_if(due.begin(), due.end(),
                                    [&](const Orders& one) { return one.deputy_id == deputy; });
-  require(orders != due.end(), "deputy '" + deputy + "' is not heard any more");
+  require(orders != due.end(), "deputy '" + deputy + "' no longer answers");
   return std::move(*orders);
 }
 

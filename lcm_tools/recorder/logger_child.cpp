@@ -22,7 +22,7 @@ LoggerChild::LoggerChild(const std::string& url,
   for (std::size_t i = 0; i < words.size(); ++i) arguments[i] = const_cast<char*>(words[i]);
   const pid_t parent = getpid();
   pid_ = fork();
-  if (pid_ < 0) throw std::runtime_error("lcm-logger: no process can be started");
+  if (pid_ < 0) throw std::runtime_error("lcm-logger: cannot start a process");
   if (pid_ > 0) return;
   prctl(PR_SET_PDEATHSIG, SIGINT);
   if (getppid() != parent) _exit(1);

@@ -21,7 +21,7 @@ std::string piece_mb() {
   const std::string text = given == nullptr || *given == '\0' ? "500" : given;
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
-  marco::require(*end == '\0' && value > 0.0, "MARCO_RECORD_MB=" + text + " is no size in MB");
+  marco::require(*end == '\0' && value > 0.0, "MARCO_RECORD_MB=" + text + " is not a size in MB");
   return text;
 }
 

@@ -81,7 +81,7 @@ void Recorder::note_end(int code) {
   }
   say_("lcm-logger ended with " +
        (code < 0 ? std::string(strsignal(-code)) : std::to_string(code)) +
-       ": a new piece is begun");
+       ": starting a new piece");
 }
 
 void Recorder::step(Clock::time_point now) {

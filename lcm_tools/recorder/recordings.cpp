@@ -120,7 +120,8 @@ std::optional<double> length_s(const fs::path& recording) {
 }
 
 void keep(const fs::path& recording, Keep keep) {
-  require(fs::exists(recording / kMarker), recording.string() + " is no recording of the recorder");
+  require(fs::exists(recording / kMarker),
+          recording.string() + " is not a recording of the recorder");
   if (keep == Keep::forever) {
     files::write_whole_file(recording / kKept, "");
   } else {

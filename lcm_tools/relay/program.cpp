@@ -41,8 +41,8 @@ int run_relay_program(int argc, char** argv, std::vector<std::string> order_chan
     app.add_option("--listen", listen, "[ADDRESS:]PORT for others to connect to");
     app.add_option("--connect", connect, "[HOST:]PORT of another relay; repeatable");
     app.add_option("--channels", options.channels,
-                   "regular expression of the names that pass, in both directions (all)");
-    app.add_flag("--orders", orders, "pass orders, too; on both sides");
+                   "regular expression of the channels that pass, in both directions (all)");
+    app.add_flag("--orders", orders, "also pass orders; needed on both sides");
     process::add_lcm_url(app, lcm_url);
     process::add_log_level(app, log_level);
     if (const auto code = app.parse(argc, argv)) return *code;

@@ -124,7 +124,7 @@ void Relay::end(Peer& peer, const std::string& why) {
 void Relay::take(int from_side, const std::string& channel, std::span<const uint8_t> data) {
   const int64_t now_us = steady_us();
   if (from_side != kBus) drops_.count_received();
-  if (!is_channel_name(channel)) return drops_.count("a channel name that LCM does not take");
+  if (!is_channel_name(channel)) return drops_.count("an invalid LCM channel name");
   if (echoes_.is_echo(from_side, channel, data, now_us)) return;
   if (!rule_.passes(channel, data)) {
     if (from_side != kBus) drops_.count("orders held back (--orders): " + channel);

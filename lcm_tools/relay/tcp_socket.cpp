@@ -119,7 +119,7 @@ TcpSocket TcpSocket::accept() const {
 std::size_t TcpSocket::read(std::span<uint8_t> into) const {
   const auto got = ::recv(descriptor_, into.data(), into.size(), 0);
   if (got > 0) return static_cast<std::size_t>(got);
-  if (got == 0) throw std::runtime_error("the other side ended it");
+  if (got == 0) throw std::runtime_error("the other side closed it");
   if (errno == EAGAIN || errno == EINTR) return 0;
   throw std::runtime_error(std::strerror(errno));
 }

@@ -55,9 +55,9 @@ std::optional<uint32_t> FrameReader::number_at(std::size_t at) const {
 
 bool FrameReader::read_greeting() {
   const auto magic = number_at(used_);
-  require(!magic || *magic == magic_of(sender_), "it does not speak LCM's tcpq");
+  require(!magic || *magic == magic_of(sender_), "it does not use LCM's tcpq");
   const auto version = number_at(used_ + 4);
-  require(!version || *version == kVersion, "it speaks another version of LCM's tcpq");
+  require(!version || *version == kVersion, "it uses another version of LCM's tcpq");
   if (!version) return false;
   used_ += 8;
   return is_greeted_ = true;
@@ -67,7 +67,7 @@ std::optional<Frame> FrameReader::next() {
   if (!is_greeted_ && !read_greeting()) return std::nullopt;
   const auto kind = number_at(used_);
   const auto name_bytes = number_at(used_ + 4);
-  require(!kind || (*kind >= 1 && *kind <= 3), "a frame of a kind that tcpq does not have");
+  require(!kind || (*kind >= 1 && *kind <= 3), "an unknown type of tcpq frame");
   require(!name_bytes || *name_bytes <= kMostName, "a channel's name is too long");
   if (!name_bytes) return std::nullopt;
   Frame frame;

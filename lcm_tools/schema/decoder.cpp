@@ -32,7 +32,7 @@ const char* name_of(DecodeStatus status) {
     case DecodeStatus::bad_length:
       return "bad length";
     case DecodeStatus::too_deep:
-      return "nested too deep";
+      return "nested too deeply";
     case DecodeStatus::too_large:
       return "too large";
   }

@@ -132,7 +132,7 @@ void draw_axes(Canvas& canvas, const Span& span, double seconds) {
 void draw_channel(Canvas& canvas, const Model& model, View& view, const Surroundings& around) {
   const int index = model.find(view.selected);
   if (index < 0) {
-    canvas.text(2, 2, "nothing heard on " + view.selected, Style::warn);
+    canvas.text(2, 2, "no messages on " + view.selected, Style::warn);
     return;
   }
   const Channel& channel = model.channels()[static_cast<std::size_t>(index)];

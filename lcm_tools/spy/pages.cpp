@@ -46,7 +46,7 @@ std::string keys_of(Page page) {
 void draw_keys(Canvas& canvas, const View& view, const Surroundings& around) {
   const int y = canvas.height() - 1;
   if (view.asks_release) {
-    canvas.text(0, y, "Release the emergency stop? Robots may move then.  y yes, other keys no",
+    canvas.text(0, y, "Release the emergency stop? Robots may then move.  y yes, other keys no",
                 Style::bad);
     return;
   }
@@ -88,12 +88,12 @@ std::vector<lcm_schema::Tree> picture_messages(const Model& model, int index) {
 
 void draw_help(Canvas& canvas, const Surroundings& around) {
   static constexpr const char* kLines[] = {
-      "HZ       messages a second over the last 2 s or more (--once: all it heard)",
+      "HZ       messages a second over the last 2 s or more (--once: all received)",
       "JITTER   longest minus shortest interval in that time",
       "B/S      bytes a second      AGE  since the last message",
       "UNDEC    messages of no known type, damaged, or without a type",
-      "LOST     messages that never came: gaps in the senders' numbers, fragments;",
-      "         ~ of a sender of several channels, shared out by their rates",
+      "LOST     messages that never arrived: gaps in the senders' numbers, fragments;",
+      "         ~ for a sender of several channels, divided by their rates",
       "",
       "Enter    opens a channel; folds and unfolds a field     Esc  goes back",
       "s r /    sort by the next column, reverse, filter by name or type",
@@ -101,8 +101,8 @@ void draw_help(Canvas& canvas, const Surroundings& around) {
       "+ -      zoom in a picture or plot",
       "t        the next type with the same fingerprint",
       "p        pause (space too)      c  forget all and count again",
-      "w        who publishes, who listens, who loses",
-      "x        stops every robot: EMERGENCY_STOP       X  releases it, asks first"};
+      "w        publishers, listeners, losses",
+      "x        stops every robot: EMERGENCY_STOP       X  releases it, after asking"};
   int y = 2;
   for (const char* line : kLines) canvas.text(2, y++, line);
   draw_findings(canvas, around, y + 1, Problems::all);

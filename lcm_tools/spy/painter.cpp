@@ -76,7 +76,7 @@ Painter::Painter() {
   if (newterm(nullptr, stdout, stdin) == nullptr) {
     const char* term = std::getenv("TERM");
     throw std::runtime_error(std::string("TERM=") + (term == nullptr ? "" : term) +
-                             " names no known terminal; try TERM=xterm");
+                             " is not a known terminal; try TERM=xterm");
   }
   noecho();
   cbreak();

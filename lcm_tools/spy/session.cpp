@@ -71,7 +71,7 @@ class Session {
  private:
   std::string why_no_log() const {
     return options_.extensions.explain_no_log ? options_.extensions.explain_no_log(options_.log)
-                                              : options_.log + ": holds no whole LCM event";
+                                              : options_.log + ": has no complete LCM event";
   }
 
   int read_log() {

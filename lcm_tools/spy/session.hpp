@@ -8,7 +8,7 @@ namespace marco::spy {
 
 /// What a program adds to the spy of lcm_tools.
 struct SpyExtensions {
-  /// Explains a file without any LCM event. Empty: "PATH: holds no whole LCM event".
+  /// Explains a file without any LCM event. Empty: "PATH: has no complete LCM event".
   std::function<std::string(const std::string& path)> explain_no_log = {};
   std::vector<std::string> hints = {};  ///< Surroundings::hints; none = the spy's own
 };

@@ -80,7 +80,7 @@ int draw_emptiness(Canvas& canvas, const Model& model, const Surroundings& aroun
                 Style::dim);
     return 4;
   }
-  canvas.text(1, 2, "nothing heard yet", Style::dim);
+  canvas.text(1, 2, "no messages yet", Style::dim);
   int y = 4;
   for (const std::string& line : around.hints) canvas.text(1, y++, line);
   return y + 1;

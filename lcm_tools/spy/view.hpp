@@ -64,9 +64,9 @@ struct Surroundings {
   std::vector<Finding> findings;
   std::vector<std::string> problems;  ///< unreadable type sources, damage of the log
   /// Advice while nothing is heard.
-  std::vector<std::string> hints = {
-      "To hear something, in another terminal:", "  marco-log play LOG   a recording, in real time",
-      "or look into a recording: marco-spy LOG"};
+  std::vector<std::string> hints = {"To receive messages, run in another terminal:",
+                                    "  marco-log play LOG   a recording, in real time",
+                                    "or open a recording: marco-spy LOG"};
 };
 
 enum class Key : uint8_t { character, up, down, page_up, page_down, home, end, enter, back, erase };

@@ -52,7 +52,8 @@ void draw_who(Canvas& canvas, const Model& model, View& view, const Surroundings
     }
     if (model.senders().empty()) lines.push_back({"nobody yet", Style::dim});
     lines.push_back({"", Style::normal});
-    lines.push_back({"WHO LISTENS (and what its full buffer lost since it started)", Style::title});
+    lines.push_back(
+        {"WHO LISTENS (with messages lost in its full buffer since the start)", Style::title});
     for (const Listener& listener : around.listeners) {
       lines.push_back({"  " + (listener.self ? "this spy" : to_string(listener.process)) +
                            "   lost " + std::to_string(listener.drops),
@@ -60,7 +61,7 @@ void draw_who(Canvas& canvas, const Model& model, View& view, const Surroundings
     }
     if (model.foreign() > 0)
       lines.push_back(
-          {"datagrams that are not LCM's: " + std::to_string(model.foreign()), Style::warn});
+          {"datagrams other than LCM's: " + std::to_string(model.foreign()), Style::warn});
   }
   const int shown = canvas.height() - 2;
   view.page_rows = shown;

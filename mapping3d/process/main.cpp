@@ -31,7 +31,7 @@ int main(int argc, char** argv) {
     std::string out;
     std::string calibration_path;
     process::add_common_arguments(app, arguments);
-    app.add_option("--out", out, "PLY file that the model is written to in the end");
+    app.add_option("--out", out, "PLY file for the final model");
     add_calibration_argument(app, calibration_path);
     if (const auto code = app.parse(argc, argv)) return *code;
     auto options = process::load_options<ProcessOptions>(arguments.config_path);

@@ -71,7 +71,7 @@ void Mapping3dAdapter::subscribe() {
   bus_.subscribe<slam_pose_t>(channels::kSlamPose, drops_, [this](const auto& message, auto&) {
     const PoseEstimate pose = from_message(message);
     // What is seen from a pose in no map would be laid over the map.
-    require(pose.status != PoseEstimate::Status::lost, "slam_pose_t: SLAM does not know its place");
+    require(pose.status != PoseEstimate::Status::lost, "slam_pose_t: SLAM is lost");
     note_pose(pose);
     use_complete_scans();
   });
@@ -91,7 +91,7 @@ bool Mapping3dAdapter::is_wanted(const LaserScan& scan) {
   if (info == nullptr) return false;
   if (info->mount == SensorInfo::Mount::robot && !is_steep(info->parent_from_sensor)) return false;
   if (regular_bearings(scan)) return true;
-  drops_.count("scan of irregular bearings: no row of a scene");
+  drops_.count("scan with irregular bearings: not a row of a scene");
   return false;
 }
 
@@ -247,7 +247,7 @@ void Mapping3dAdapter::refine() {
   const std::size_t known = mapper_.own_body().size();
   mapper_.refine();
   const std::vector<BodyPart>& body = mapper_.own_body();
-  if (body.size() > known) drops_.count(describe(body) + ": these returns are left out");
+  if (body.size() > known) drops_.count(describe(body) + ": these returns are ignored");
 }
 
 void Mapping3dAdapter::publish_scene(const Scene& scene) {

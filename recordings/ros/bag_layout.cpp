@@ -56,8 +56,10 @@ class BagLayoutReader {
 
   BagLayout read() {
     const auto magic = file_.bytes(0, static_cast<int64_t>(kMagic.size()));
-    require(std::string_view(reinterpret_cast<const char*>(magic.data()), magic.size()) == kMagic,
-            path_ + ": a ROS bag of a format before 2.0 (2010): `rosbag fix` of ROS converts it");
+    require(
+        std::string_view(reinterpret_cast<const char*>(magic.data()), magic.size()) == kMagic,
+        path_ +
+            ": a ROS bag in a format older than 2.0 (2010): convert it with `rosbag fix` of ROS");
     const auto first = record_at(file_, static_cast<int64_t>(kMagic.size()));
     uint64_t index_at = 0;
     int64_t at = static_cast<int64_t>(kMagic.size());
@@ -73,7 +75,8 @@ class BagLayoutReader {
       return std::move(layout_);
     }
     layout_ = {};
-    layout_.notes.emplace_back("the bag has no index, as after a crash: read from end to end");
+    layout_.notes.emplace_back(
+        "the bag has no index, as after a crash: reading it from end to end");
     walk(at);
     return std::move(layout_);
   }

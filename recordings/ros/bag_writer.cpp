@@ -198,7 +198,7 @@ void BagWriter::finish() {
   if (file >= 0) ::close(file);
   if (wrote != static_cast<ssize_t>(start.size())) {
     throw std::runtime_error(out_.unfinished_path().string() +
-                             ": a bag cannot be written there; name a file");
+                             ": cannot write a bag there; name a file");
   }
 }
 

@@ -106,8 +106,7 @@ class ChunkMerge::InMemory : public Stream {
 /// Messages of many chunks: heads and bytes, one after the other.
 class ChunkMerge::OnDisk : public Stream {
  public:
-  explicit OnDisk(std::size_t number)
-      : Stream(number), written_("to put overlapping chunks in order") {}
+  explicit OnDisk(std::size_t number) : Stream(number), written_("to sort overlapping chunks") {}
 
   void add(const Head& head, std::span<const uint8_t> bytes) {
     constexpr std::size_t kPiece = std::size_t{1} << 20;

@@ -27,9 +27,8 @@ std::optional<Message> ChunkedSource::next() {
                    plain(message->bytes)};
   }
   if (merge_->runs() > 0) {
-    note_once(notes_, "chunks that overlap hold more than " +
-                          std::to_string(most_held_bytes_ >> 20U) +
-                          " MB: they were put in order on disk");
+    note_once(notes_, "overlapping chunks contain more than " +
+                          std::to_string(most_held_bytes_ >> 20U) + " MB: sorted on disk");
   }
   // Parts of a recording are all open, and read one after the other.
   window_ = PlainWindow();

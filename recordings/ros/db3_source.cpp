@@ -100,11 +100,11 @@ class Db3Source : public MessageSource {
   explicit Db3Source(const std::filesystem::path& path)
       : path_(path.string()), database_(opened(path)) {
     require(!has_computed_rows(database_.get()),
-            path_ + ": its tables are views or formulas, not rows that are stored");
+            path_ + ": its tables are views or formulas, not stored rows");
     require(Rows(database_.get(), "SELECT topic_id, timestamp, data FROM messages").is_valid() &&
                 read_topics(),
             path_ +
-                ": is no recording of rosbag2, or its beginning is damaged: no topics and "
+                ": is not a rosbag2 recording, or its beginning is damaged: no topics and "
                 "messages (" +
                 sqlite3_errmsg(database_.get()) + ")");
     read_definitions();
@@ -295,8 +295,8 @@ class Db3Source : public MessageSource {
     const auto bytes = std::filesystem::file_size(path_ + "-wal", none);
     if (!none && bytes > 0) {
       notes_.push_back(path_ +
-                       "-wal holds messages that are not in the database yet: open and "
-                       "close it once with sqlite3 to have them, too");
+                       "-wal contains messages that are not in the database yet: open and close it "
+                       "once with sqlite3 to include them");
     }
   }
 

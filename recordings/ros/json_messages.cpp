@@ -42,7 +42,7 @@ Pose3 pose_of(const Json& translation, const Json& rotation) {
   if (!make_pose({at(translation, "x"), at(translation, "y"), at(translation, "z")},
                  {at(rotation, "x"), at(rotation, "y"), at(rotation, "z"), at(rotation, "w")},
                  pose)) {
-    throw WireError("a pose that is none");
+    throw WireError("invalid pose");
   }
   return pose;
 }

@@ -71,19 +71,20 @@ class LaserPlanner {
     if (fixed && has_fixed) {
       // Transforms are seldom right to the degree that two lasers of one map need.
       plan_.note(
-          "laser %s is passed over: one fixed laser is mapped with; the line ros.laser = \"%s\" in "
-          "NAME.marco.toml beside the recording NAME, or in a file for --foreign, chooses this one",
+          "laser %s is ignored: Marco maps with one fixed laser; the line ros.laser = \"%s\" in "
+          "NAME.marco.toml next to the recording NAME, or in a file for --foreign, selects this "
+          "one",
           laser_.topic.c_str(), laser_.topic.c_str());
       return false;
     }
     if (!fixed && !is_first) {
-      plan_.note("laser %s is passed over: no transform tells where %s is", laser_.topic.c_str(),
+      plan_.note("laser %s is ignored: no transform to %s", laser_.topic.c_str(),
                  name_or_none(laser_.frame));
       return false;
     }
     if (!fixed) {
       plan_.note(
-          "laser %s: no transform tells where %s is; it is assumed at the turning centre, looking "
+          "laser %s: no transform to %s; assuming it at the turning centre, looking "
           "ahead",
           laser_.topic.c_str(), name_or_none(laser_.frame));
       return true;
@@ -134,7 +135,7 @@ class LaserPlanner {
     set_pantilt(axis, plate);
     plan_.pantilt_joints = joints_;
     plan_.note(
-        "laser %s moves on the robot: its pan-tilt is %s of %s, of which a positive tilt looks "
+        "laser %s moves on the robot: its pan-tilt is %s of %s, where positive tilt looks "
         "down",
         laser_.topic.c_str(),
         (joints_->pan + (joints_->pan.empty() || joints_->tilt.empty() ? "" : " and ") +
@@ -164,7 +165,7 @@ class LaserPlanner {
     const double pile_m = topic_.no_return_m;
     if (!is_told || pile_m < kAtLimit * told_m || pile_m >= told_m) return;
     laser_.info.range_max_m = pile_m;
-    plan_.note("%s: ranges pile up from %.2f m on: taken for no return", topic_.name.c_str(),
+    plan_.note("%s: ranges accumulate from %.2f m on: treated as no return", topic_.name.c_str(),
                pile_m);
   }
 
@@ -185,7 +186,8 @@ class LaserPlanner {
       laser_.info.scan_duration_s = told_s;
     } else if (told_s > 0.0 && !sees_round) {
       plan_.note(
-          "%s: its beams would take %.3f s, and scans come every %.3f s: taken as measured at once",
+          "%s: its beams would take %.3f s, but scans arrive every %.3f s: treated as measured "
+          "simultaneously",
           topic_.name.c_str(), told_s, topic_.period_s);
     }
   }

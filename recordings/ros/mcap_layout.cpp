@@ -214,7 +214,7 @@ McapLayout read_mcap_layout(ByteFile& file, const std::string& path) {
   const auto magic = file.bytes(0, static_cast<int64_t>(kMcapMagic.size()));
   require(std::equal(magic.begin(), magic.end(), kMcapMagic.begin(), kMcapMagic.end(),
                      [](uint8_t a, char b) { return a == static_cast<uint8_t>(b); }),
-          path + ": is no MCAP file");
+          path + ": is not an MCAP file");
   return McapLayoutReader(file, path).read();
 }
 

@@ -29,8 +29,7 @@ struct Topic {
 
 /// Of all topics of a file, names and definitions: more than any robot has.
 inline constexpr std::size_t kMostTopicBytes = std::size_t{128} << 20;
-inline constexpr const char* kTooManyTopics =
-    ": names and definitions of topics are more than 128 MB";
+inline constexpr const char* kTooManyTopics = ": names and definitions of topics exceed 128 MB";
 
 /// No message that a recorder writes is larger.
 inline constexpr uint64_t kMostMessageBytes = uint64_t{1} << 28;
@@ -63,7 +62,7 @@ inline void note_once(std::vector<std::string>& notes, const std::string& note) 
 
 inline std::string note_of_checksum(int64_t chunk_offset) {
   return "the chunk at byte " + std::to_string(chunk_offset) +
-         " has a wrong checksum: used as it is";
+         " has a wrong checksum: used unchanged";
 }
 
 /// The messages of a recording, whatever its container. Memory does not grow with the file.

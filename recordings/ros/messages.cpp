@@ -141,7 +141,7 @@ void read_points(std::span<const uint8_t> data,
   }
   const bool has_times = size_of(layout.time.datatype) > 0;
   if (has_times) end = std::max(end, layout.time.offset + size_of(layout.time.datatype));
-  if (step == 0 || end > step) throw WireError("a cloud's fields reach beyond its points");
+  if (step == 0 || end > step) throw WireError("a cloud's fields exceed its points");
   if (data.size() / step > kMostPoints) throw WireError("a cloud of more than four million points");
   for (std::size_t at = 0; at + step <= data.size(); at += step) {
     const uint8_t* point = data.data() + at;
@@ -253,7 +253,7 @@ CloudMessage decode_cloud(const Message& message) {
   in.number<uint32_t>();  // height
   in.number<uint32_t>();  // width
   const CloudLayout layout = read_fields(in);
-  if (in.boolean()) throw WireError("a cloud of big-endian points");
+  if (in.boolean()) throw WireError("a cloud with big-endian points");
   const std::size_t step = in.number<uint32_t>();
   in.number<uint32_t>();  // bytes of a row
   read_points(in.blob(), step, layout, cloud);

@@ -54,8 +54,8 @@ class OdometryChoice {
       return plan.note("odometry from the wheels %s", names.c_str());
     }
     plan.note(
-        "no odometry: the path comes from scans alone; with ros.wheel_radius_m and "
-        "ros.wheel_track_m the wheels %s are odometry",
+        "no odometry: the path comes from scans alone; ros.wheel_radius_m and ros.wheel_track_m "
+        "turn the wheels %s into odometry",
         names.c_str());
   }
 

@@ -149,8 +149,9 @@ class Unpacked : public MessageSource {
 
   void require_recording() const {
     const std::string head = head_of(file_.path());
-    require(!is_packed(head), packed_ + ": is packed twice");
-    require(is_container(head), packed_ + ": holds no ROS recording; `unzstd` unpacks it");
+    require(!is_packed(head), packed_ + ": is compressed twice");
+    require(is_container(head),
+            packed_ + ": contains no ROS recording; decompress it with `unzstd`");
   }
 
   std::string packed_;
@@ -181,7 +182,7 @@ std::unique_ptr<MessageSource> open_messages(const fs::path& path) {
   if (head.starts_with(kBagMagic)) return open_bag(path);
   if (head.starts_with(kMcapMagic)) return open_mcap(path);
   if (head.starts_with(kDatabaseMagic)) return open_db3(path);
-  require(is_packed(head), path.string() + ": is no recording of ROS messages");
+  require(is_packed(head), path.string() + ": is not a recording of ROS messages");
   return std::make_unique<Unpacked>(path);
 }
 

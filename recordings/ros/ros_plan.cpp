@@ -52,9 +52,10 @@ class Planner {
     const double fastest = survey_.topics.at(plan_.imu_topic).fastest_turn;
     const bool in_degrees = fastest > kFastestRadPerS;
     if (in_degrees) plan_.rad_per_imu_unit = deg_to_rad(1.0);
-    plan_.note(
-        "gyroscope %s%s", plan_.imu_topic.c_str(),
-        in_degrees ? ": its rates are degrees a second, against the message's definition" : "");
+    plan_.note("gyroscope %s%s", plan_.imu_topic.c_str(),
+               in_degrees
+                   ? ": its rates are degrees per second, contrary to the message's definition"
+                   : "");
   }
 
   // Computers whose clocks disagree: by the delay from stamp to recorder, which else is alike.
@@ -75,7 +76,7 @@ class Planner {
       if (is_used_sensor(name) || plan_.uses_laser(name)) align(name, name, topic.delays);
       const bool lacks_stamps = topic.zero_stamps > 0 && topic.use != Use::transforms;
       if (lacks_stamps && (is_used_sensor(name) || plan_.uses_laser(name))) {
-        plan_.note("%s: %lld of %lld messages are not stamped: by the time of receipt",
+        plan_.note("%s: %lld of %lld messages have no stamp: using the time of receipt",
                    name.c_str(), static_cast<long long>(topic.zero_stamps),
                    static_cast<long long>(topic.count));
       }
@@ -99,7 +100,7 @@ class Planner {
     const bool is_other =
         topic.use == Use::none || topic.use == Use::transforms || topic.use == Use::joints;
     if (is_other || plan_.uses_laser(topic.name) || is_used_sensor(topic.name)) return;
-    plan_.note("%s (%s): %lld messages passed over", topic.name.c_str(), topic.type.c_str(),
+    plan_.note("%s (%s): %lld messages ignored", topic.name.c_str(), topic.type.c_str(),
                static_cast<long long>(topic.count));
   }
 

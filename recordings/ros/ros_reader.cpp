@@ -12,7 +12,7 @@
 namespace marco::ros {
 namespace {
 
-constexpr const char* kCutOff = "the recording ends within a record: the recorder was stopped hard";
+constexpr const char* kCutOff = "the recording ends inside a record: the recorder was killed";
 
 // Where nothing can be mapped, what is wrong with the file may be why.
 RosPlan planned(MessageSource& source, const RosOptions& options) {

@@ -38,14 +38,14 @@ LaserScan to_scan(const LaserScanMessage& message,
                   const RosOptions& options) {
   require(message.ranges.size() >= 2, "scan of fewer than 2 beams");
   require(std::isfinite(message.angle_min) && std::isfinite(message.angle_increment),
-          "scan of which the angles are not finite");
+          "scan with angles that are not finite");
   LaserScan scan;
   scan.channel = laser.scan_channel;
   scan.ranges_m = message.ranges;
   scan.first_bearing_rad = static_cast<double>(message.angle_min);
   scan.bearing_step_rad = beam_step_rad(message, message.ranges.size());
   require(std::isfinite(scan.bearing_step_rad) && scan.bearing_step_rad != 0.0,
-          "scan of which all beams look one way");
+          "scan with all beams in one direction");
   if (laser.tells_beam_times) {
     scan.time_offsets_s.reserve(message.ranges.size());
     for (std::size_t beam = 0; beam < message.ranges.size(); ++beam) {

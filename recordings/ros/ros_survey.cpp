@@ -169,7 +169,7 @@ class Surveyor {
   }
 
   void follow(const Pose3& pose, SurveyedTopic& topic) {
-    if (!pose.translation().allFinite()) throw WireError("a pose that is none");
+    if (!pose.translation().allFinite()) throw WireError("invalid pose");
     Running& running = running_[topic.name];
     const Pose2 now = flatten(pose);
     if (running.pose) {

@@ -42,8 +42,8 @@ WireReader WireReader::cdr(std::span<const uint8_t> bytes) {
       reader.most_alignment_ = 4;
       break;
     default:
-      throw WireError("CDR of kind " + std::to_string(bytes[1]) +
-                      " (delimited or parameter list) is not read");
+      throw WireError("CDR of type " + std::to_string(bytes[1]) +
+                      " (delimited or parameter list) is not supported");
   }
   const bool is_little = (bytes[1] & 1) != 0;
   reader.is_swapped_ = is_little != (std::endian::native == std::endian::little);

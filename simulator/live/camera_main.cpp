@@ -67,7 +67,7 @@ int run(const process::CommonArguments& arguments, const std::string& world_path
 int main(int argc, char** argv) {
   return process::run_main("marco-sim-camera", [&] {
     process::CommandLine app(
-        "The cameras of a robot that marco-sim runs: pictures of the simulated world");
+        "The cameras of a robot in marco-sim: pictures of the simulated world");
     process::CommonArguments arguments;
     process::add_common_arguments(app, arguments);
     app.option("--config").described("the robot, as marco-sim has it");

@@ -17,10 +17,10 @@ struct Named {
   const char* meaning;
 };
 constexpr std::array<Named, 7> kKinds{{
-    {"off", FaultKind::off, "its cable is cut: no bytes pass either way"},
+    {"off", FaultKind::off, "its cable is cut: no bytes pass in either direction"},
     {"stuck", FaultKind::stuck,
      "repeats its last values; wheels and pan-tilt count but do not move"},
-    {"garbage", FaultKind::garbage, "three of ten bytes that it sends are random"},
+    {"garbage", FaultKind::garbage, "three of ten bytes it sends are random"},
     {"slow", FaultKind::slow, "its bytes arrive 0.5 s late"},
     {"wrong", FaultKind::wrong,
      "a constant offset: laser 0.2 m, IMU 3 deg/s, left wheel 10 %, tilt 2 deg"},
@@ -72,7 +72,7 @@ void FaultBoard::add(const FaultSpec& spec, Utime now) {
               spec.duration_s <= kLongestS,
           "fault of '" + spec.device + "': start_s from 0 and duration_s above 0, to 1e6 s");
   constexpr std::size_t kMost = 1000;
-  require(faults_.size() < kMost, "there are 1000 faults already");
+  require(faults_.size() < kMost, "there already are 1000 faults");
   const Utime from = now + Duration::from_seconds(spec.start_s);
   faults_.push_back({spec.device, fault_kind_named(spec.kind), from,
                      from + Duration::from_seconds(spec.duration_s)});

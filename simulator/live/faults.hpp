@@ -11,10 +11,10 @@ namespace marco::sim {
 
 /// What can go wrong with a device of the simulated robot.
 enum class FaultKind {
-  off,           ///< its cable is cut: no bytes pass either way
+  off,           ///< its cable is cut: no bytes pass in either direction
   stuck,         ///< it repeats its last values: a laser's ranges, an IMU's rates; wheels and
                  ///< pan-tilt count but do not move
-  garbage,       ///< three of ten bytes that it sends are random
+  garbage,       ///< three of ten bytes it sends are random
   slow,          ///< its bytes arrive half a second late
   wrong,         ///< a constant offset: laser 0.2 m, IMU 3 deg/s, left wheel 10 %, tilt 2 deg
   intermittent,  ///< off for 0.4 s of each second

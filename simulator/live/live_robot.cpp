@@ -78,7 +78,7 @@ void LiveRobot::add_p2os() {
   drivers::p2os::P2osEmulatorOptions options;
   options.track_m = spec_.track_m;
   require(drivers::p2os::model_of(spec_.pioneer).has_value(),
-          "pioneer '" + spec_.pioneer + "' is no Pioneer's subtype that is known");
+          "pioneer '" + spec_.pioneer + "' is not a known Pioneer subtype");
   options.name.subtype = spec_.pioneer;
   auto robot = std::make_unique<drivers::p2os::P2osEmulator>(world, options);
   wheels_.left_m = [base = robot.get()] { return base->left_m(); };

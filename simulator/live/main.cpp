@@ -137,7 +137,7 @@ int main(int argc, char** argv) {
     app.add_option("--world", arguments.world, "e.g. config/worlds/lab.toml")
         .required()
         .existing_file();
-    app.add_option("--tour", arguments.tour, "starts where this tour does").existing_file();
+    app.add_option("--tour", arguments.tour, "start where this tour starts").existing_file();
     app.add_option("--start", arguments.start, "X Y DEGREES, without a tour").values(3);
     app.add_option("--ports", arguments.ports, "folder for the links to the ports").shows_default();
     app.add_option("--seed", arguments.seed).shows_default();

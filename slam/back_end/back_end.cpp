@@ -30,7 +30,7 @@ void check(const BackEndState& state, const KeyframeSet& keyframes) {
     require(is_near(edge.from_from_to), "an edge of the graph is longer than 1000 km");
     loop_edges += edge.is_loop ? 1 : 0;
   }
-  require(state.loops.size() == loop_edges, "the number of loops is not that of loop edges");
+  require(state.loops.size() == loop_edges, "the number of loops differs from that of loop edges");
   for (const Loop& loop : state.loops) {
     require(is_index(loop.from, count) && is_index(loop.to, count), "a loop ends at no keyframe");
     require(is_near(loop.from_from_to) && is_near(loop.believed), "a loop is longer than 1000 km");

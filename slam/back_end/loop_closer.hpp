@@ -46,10 +46,9 @@ struct LoopCloserOptions {
                "Largest drift in heading that the search allows for.");
     v.advanced("min_score", min_score, Limits{0.0, 1.0},
                "Candidates with a lower score in the exhaustive search are rejected.");
-    v.advanced(
-        "min_overlap", min_overlap, Limits{0.0, 1.0},
-        "A loop closure needs this part of the points that the earlier visit could see to lie "
-        "on its walls. Less where furniture has moved.");
+    v.advanced("min_overlap", min_overlap, Limits{0.0, 1.0},
+               "A loop closure needs this fraction of the points that the earlier visit could see "
+               "on its walls. Less where furniture has moved.");
   }
 };
 

@@ -49,7 +49,7 @@ const char* to_string(InputState state) {
     case InputState::stalled:
       return "stands still at times";
     case InputState::foreign:
-      return "turns otherwise than the laser";
+      return "turns unlike the laser";
     case InputState::none:
       break;
   }

@@ -10,7 +10,7 @@ enum class InputState {
   good,      ///< it moves as the laser does
   constant,  ///< it never moves
   stalled,   ///< it stands still for more than a twentieth of the motions; good otherwise
-  foreign,   ///< it turns otherwise than the laser does: another robot's, or noise
+  foreign,   ///< it turns unlike the laser does: another robot's, or noise
 };
 /// For a person, e.g. "never moves".
 const char* to_string(InputState state);

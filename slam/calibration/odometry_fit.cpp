@@ -183,9 +183,9 @@ const char* to_string(Missing missing) {
     case Missing::turns:
       return "turns";
     case Missing::ways:
-      return "ways besides turns on the spot";
+      return "driving besides turns on the spot";
     case Missing::other_arcs:
-      return "arcs of another radius";
+      return "arcs with another radius";
     case Missing::changes_of_speed:
       return "changes of speed";
     case Missing::nothing:

@@ -112,7 +112,7 @@ class Calibrator {
     note_wheels(fit);
     if (fit.ambiguous_front) note_front(fit);
     if (fit.error_before > 0.0 && fit.error >= fit.error_before) {
-      result_.remarks.emplace_back("no better than before on the motions held out");
+      result_.remarks.emplace_back("no better than before on the held-out motions");
     }
   }
 
@@ -193,10 +193,12 @@ class Calibrator {
   void note_front(const OdometryFit& fit) {
     const bool counts_back = fit.found.forward_sign < 0.0;
     result_.remarks.emplace_back(
-        counts_back ? "odometry counts the way backwards, or the laser looks back: both give the "
-                      "same map. The robot would mostly drive backwards: odometry is corrected"
-                    : "the laser looks back, or odometry counts the way backwards: both give the "
-                      "same map. By its odometry the robot mostly drives ahead: it is believed");
+        counts_back
+            ? "odometry counts distance with the wrong sign, or the laser looks back: both give "
+              "the same map. The robot would mostly drive backwards, so odometry is corrected"
+            : "the laser looks back, or odometry counts distance with the wrong sign: both give "
+              "the same map. By its odometry the robot mostly drives forward, so odometry is "
+              "trusted");
     for (CalibratedParameter& parameter : result_.parameters) {
       const bool other =
           parameter.name == (counts_back ? "laser.yaw_deg" : "odometry.forward_sign");
@@ -250,12 +252,12 @@ class Calibrator {
     if (!signs_.is_guess) return;
     result_.open_question =
         signs_.laser_upside_down
-            ? "scans turn the other way than odometry says: the laser is upside down, or odometry "
-              "counts turns the wrong way round. Odometry is believed; if it is wrong the map is a "
-              "mirror image, and odometry.turn_sign = -1 (--calibration) mends it"
-            : "scans turn the other way than the gyroscope says: one of both is upside down. The "
-              "laser is believed; if it is wrong the map is a mirror image, and clockwise = true "
-              "(--foreign) mends it. gyro.scale = -1 (--calibration) says that it is right";
+            ? "scans turn opposite to odometry: the laser is upside down, or odometry counts turns "
+              "with the wrong sign. Odometry is trusted; if it is wrong, the map is a mirror "
+              "image, and odometry.turn_sign = -1 (--calibration) fixes it"
+            : "scans turn opposite to the gyroscope: one of both is upside down. The laser is "
+              "trusted; if it is wrong, the map is a mirror image, and clockwise = true "
+              "(--foreign) fixes it. If it is right, set gyro.scale = -1 (--calibration)";
   }
 
   const CalibrationInput& input_;
@@ -281,13 +283,13 @@ std::string reason_of(const CalibratedParameter& parameter) {
     case ParameterVerdict::as_assumed:
       return "as assumed";
     case ParameterVerdict::no_better:
-      return "no better when tried";
+      return "no better in a trial";
     case ParameterVerdict::undecidable:
-      return "the drive cannot tell";
+      return "the drive cannot decide";
     case ParameterVerdict::not_observed:
       break;
   }
-  return "not seen: the drive lacks " + parameter.missing;
+  return "not observable: the drive lacks " + parameter.missing;
 }
 
 SelfCalibration self_calibrate(const CalibrationInput& input) { return Calibrator(input).run(); }

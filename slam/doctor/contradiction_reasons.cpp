@@ -126,12 +126,12 @@ Reason reason_of(const MapEvidence& map, const Stretch& stretch, const std::vect
   reason.verdict =
       stretch.share() >= doctor_gates::kContradictingWrong ? Verdict::wrong : Verdict::doubtful;
   char text[200];
-  std::snprintf(text, sizeof text, "%.0f %% of what was seen here before is not where it was",
+  std::snprintf(text, sizeof text, "%.0f %% of what was seen here before is now elsewhere",
                 100.0 * stretch.share());
   reason.why = text;
   if (better) {
     std::snprintf(text, sizeof text,
-                  "; %.2f m and %.1f deg off, %.0f %% would fit instead of %.0f %%",
+                  "; %.2f m and %.1f deg off, %.0f %% would match instead of %.0f %%",
                   better->shift_m, rad_to_deg(better->turn_rad), 100.0 * better->overlap,
                   100.0 * better->overlap_before);
     reason.why += text;

@@ -25,7 +25,7 @@ Reason reason_of(const OdometryBreak& parted, bool odometry_is_believed) {
   reason.place_m = parted.world_from_end.translation_m();
   char text[200];
   std::snprintf(text, sizeof text,
-                "the map goes %.2f m and turns %.1f deg where the odometry goes %.2f m and turns "
+                "the map moves %.2f m and turns %.1f deg while odometry moves %.2f m and turns "
                 "%.1f deg",
                 parted.map.translation_m().norm(), rad_to_deg(parted.map.theta_rad),
                 parted.odometry.translation_m().norm(), rad_to_deg(parted.odometry.theta_rad));
@@ -106,7 +106,7 @@ void examine_blindness(const MapEvidence& map, Diagnosis& diagnosis) {
   if (blind < doctor_gates::kBlind) return;
   diagnosis.reasons.push_back(reason_of_scans(map,
                                               map.keys.empty() ? Verdict::wrong : Verdict::doubtful,
-                                              blind, "saw too little to be found on the map"));
+                                              blind, "saw too little to be matched with the map"));
 }
 
 void examine_matches(const MapEvidence& map, Diagnosis& diagnosis) {
@@ -116,7 +116,7 @@ void examine_matches(const MapEvidence& map, Diagnosis& diagnosis) {
   if (unmatched < doctor_gates::kUnmatched) return;
   diagnosis.reasons.push_back(reason_of_scans(
       map, unmatched < doctor_gates::kUnmatchedWrong ? Verdict::doubtful : Verdict::wrong,
-      unmatched, "were not found on the map"));
+      unmatched, "did not match the map"));
 }
 
 // Of 75 good simulated maps none had two kinds of reasons, of 29 wrong ones 16. A spread says what

@@ -142,7 +142,7 @@ void add_refused_loops(const MapEvidence& map,
   }
   if (figures.refused_loops < kFewestRefused) return;
   Reason reason = reason_at(map, *worst->edge, Reason::Cause::refused_loops);
-  reason.why = sentence("%d loops that would move the map by up to %.2f m were refused",
+  reason.why = sentence("%d loops that would move the map by up to %.2f m were rejected",
                         figures.refused_loops, figures.refused_loop_m);
   reason.remedies = {edit_of(map, *worst->edge, MapEdit::Kind::add_loop)};
   diagnosis.reasons.push_back(std::move(reason));
@@ -164,7 +164,7 @@ void add_surprising_loop(const MapEvidence& map,
   if (diagnosis.figures.loop_surprise < kSurprise) return;
   Reason reason = reason_at(map, *worst->edge, Reason::Cause::surprising_loop);
   reason.why =
-      sentence("a loop in force is %.2f m and %.1f standard deviations off what all the rest says",
+      sentence("a loop in force deviates from all the rest by %.2f m and %.1f standard deviations",
                worst->if_alone.head<2>().norm(), std::sqrt(diagnosis.figures.loop_surprise));
   reason.remedies = {edit_of(map, *worst->edge, MapEdit::Kind::forbid_loop)};
   diagnosis.reasons.push_back(std::move(reason));
@@ -213,10 +213,11 @@ void add_weak_joint(const MapEvidence& map,
   if (worst == nullptr) return;
   Reason reason = reason_at(map, *worst->edge, Reason::Cause::weak_joint);
   if (figures.joint_m > kSurelyWrongM) reason.verdict = Verdict::wrong;
-  reason.why =
-      sentence("the parts before and after are joined by a step known to %.2f m and %.1f deg%s",
-               figures.joint_m, figures.joint_deg,
-               figures.has_odometry ? "" : ", and no odometry says how far it was");
+  reason.why = sentence(
+      "the parts before and after are joined by a step with a standard deviation of %.2f m and "
+      "%.1f deg%s",
+      figures.joint_m, figures.joint_deg,
+      figures.has_odometry ? "" : ", and no odometry measured its length");
   diagnosis.reasons.push_back(std::move(reason));
 }
 
@@ -244,7 +245,8 @@ void add_disagreement(const MapEvidence& map,
   reason.to = map.keys.back().utime;
   reason.place_m = map.keys.front().world_from_robot.translation_m();
   reason.why = sentence(
-      "scans laid on each other give a map that is up to %.2f m off the one by steps and loops",
+      "matching the scans with each other gives a map up to %.2f m off the one from steps and "
+      "loops",
       off_m);
   diagnosis.reasons.push_back(std::move(reason));
 }
@@ -263,8 +265,10 @@ void add_spread(const MapEvidence& map, double spread_m, Diagnosis& diagnosis) {
   reason.place_m = map.keys.front().world_from_robot.translation_m();
   reason.why =
       std::isfinite(spread_m)
-          ? sentence("steps and loops hold the parts of the map together to %.2f m only", spread_m)
-          : "nothing joins the parts of the map";
+          ? sentence(
+                "steps and loops determine the relative pose of the map's parts only to %.2f m",
+                spread_m)
+          : "the parts of the map are not connected";
   diagnosis.reasons.push_back(std::move(reason));
 }
 

@@ -39,7 +39,7 @@ std::string place_of(const WallDeviation& wall) {
 
 std::string line_of(const WallDeviation& wall) {
   std::string line = place_of(wall);
-  if (wall.state == State::missing) return line + ": is not there";
+  if (wall.state == State::missing) return line + ": is missing";
   if (wall.is_off() && wall.is_curve()) {
     line += format(": %.1f cm off the plan (its centre by %.1f %.1f cm, %.1f cm outwards)",
                    100 * std::max(wall.shift_m.norm(), std::abs(wall.off_m)),
@@ -49,7 +49,7 @@ std::string line_of(const WallDeviation& wall) {
                    wall.off_m > 0 ? "into" : "away from");
   }
   if (wall.is_off()) line += format(", sigma %.1f cm", 100 * wall.sigma_m);
-  if (wall.has_gap()) line += format(": %.1f m of it are not there", wall.gone_m);
+  if (wall.has_gap()) line += format(": %.1f m of it are missing", wall.gone_m);
   return line;
 }
 
@@ -81,7 +81,7 @@ std::string deviation_table(const PlanDeviations& deviations) {
     std::string line =
         format("  %.1f m, %s, from %.2f %.2f to %.2f %.2f", wall.face.length_m(),
                wall.room.empty() ? "outside" : wall.room.c_str(), a.x(), a.y(), b.x(), b.y());
-    if (wall.before > 0) line += format(", before wall %d", wall.before);
+    if (wall.before > 0) line += format(", in front of wall %d", wall.before);
     more += line + "\n";
   }
   const auto part = [](const char* title, const std::string& lines) {
@@ -92,8 +92,8 @@ std::string deviation_table(const PlanDeviations& deviations) {
     table = format("the plan draws the walls' middle lines; they are %.1f cm thick (median)\n",
                    100 * deviations.axis_thickness_m);
   }
-  table += part("off the plan:", off) + part("drawn, and not there:", missing) +
-           part("there, and not drawn:", more);
+  table += part("off the plan:", off) + part("drawn, but missing:", missing) +
+           part("present, but not drawn:", more);
   table += format("%d walls' sides agree with the plan, %.1f cm rms", agreeing,
                   agreeing > 0 ? 100 * std::sqrt(squares / agreeing) : 0.0);
   if (not_seen > 0) table += format("; %d (%.1f m) were not seen", not_seen, not_seen_m);

@@ -86,9 +86,9 @@ double unit_of(const files::Drawing& drawing, const std::string& wish, double ex
       {"mm", 0.001}, {"cm", 0.01}, {"m", 1.0}, {"in", kInch}, {"ft", 12 * kInch}};
   if (wish.empty()) {
     require(drawing.unit_m.has_value(),
-            "does not say its scale: give --unit mm, cm, m, in, ft or, where it is drawn to scale "
-            "on paper, 1:100" +
-                format(". It would be %.3g m large in mm, %.3g m in cm, %.4g m in m",
+            "does not give its scale: pass --unit mm, cm, m, in, ft or, if it is drawn to scale on "
+            "paper, 1:100" +
+                format(". Its size would be %.3g m in mm, %.3g m in cm, %.4g m in m",
                        extent * 0.001, extent * 0.01, extent));
     return *drawing.unit_m;
   }
@@ -97,9 +97,9 @@ double unit_of(const files::Drawing& drawing, const std::string& wish, double ex
   }
   if (wish.starts_with("1:")) {
     const auto scale = number_of(std::string_view(wish).substr(2));
-    require(scale.has_value(), "--unit " + wish + ": is no scale");
+    require(scale.has_value(), "--unit " + wish + ": is not a scale");
     require(drawing.paper_unit_m.has_value(),
-            "has no size on paper, which a scale needs: give --unit in metres");
+            "has no paper size, which a scale needs: pass --unit in metres");
     return *drawing.paper_unit_m * *scale;
   }
   const auto metres = number_of(wish);
@@ -167,13 +167,13 @@ KnownPlan known_plan_of(const files::Drawing& drawing, const PlanWish& wish) {
     if (!taken[index[static_cast<std::size_t>(line.layer)]]) continue;
     plan.lines.push_back({line.from, line.to, line.shape, line.curved});
   }
-  require(!plan.lines.empty(), "has no layer that sounds like walls: give --layers");
+  require(!plan.lines.empty(), "has no layer with a name for walls: pass --layers");
   const double extent = (plan.high_m() - plan.low_m()).maxCoeff();
   plan.unit_m = unit_of(drawing, wish.unit, extent);
   const double extent_m = extent * plan.unit_m;
   require(
       extent_m >= 1.0 && extent_m <= 1000.0,
-      format("is %.4g m large with a unit of %g m: give the right --unit", extent_m, plan.unit_m));
+      format("is %.4g m large with a unit of %g m: pass the right --unit", extent_m, plan.unit_m));
   double length_m = 0.0;
   for (KnownPlan::Line& line : plan.lines) {
     line.from *= plan.unit_m;

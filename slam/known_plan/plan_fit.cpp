@@ -130,7 +130,7 @@ PlanFit fit_to_plan(const std::vector<DrawnFace>& drawn,
       const auto pairings =
           pair_up(drawn, measured, fit.drawing_from_map, std::max(0.25, 2 * kernel_m));
       require(pairings.size() >= kLeast,
-              "the map's walls do not lie near the plan's: is the start right, and the unit?");
+              "the map's walls are not near the plan's: are the start and the unit right?");
       step(fit, pairings, kernel_m);
     }
     std::vector<double> offs;

@@ -43,7 +43,7 @@ class LookAbout {
     for (std::size_t i = 0; i < plan_.lines.size(); ++i) {
       for (std::size_t side = 0; side < 2; ++side) face_of(i, side);
     }
-    require(!sight_.faces.empty(), "leaves no room to stand between its lines");
+    require(!sight_.faces.empty(), "leaves no free space between its lines");
     make_keyframes();
     join();
     return std::move(sight_);

@@ -15,13 +15,13 @@ struct SightingNoise {
   template <class Visitor>
   void visit(Visitor& v) {
     v("range_sigma_m", range_sigma_m, kPositive,
-      "Standard deviation of a sighting's range: where learning starts.");
+      "Standard deviation of a sighting's range: initial value.");
     v("bearing_sigma_rad", bearing_sigma_rad, kPositive,
-      "Standard deviation of a sighting's bearing: where learning starts.");
+      "Standard deviation of a sighting's bearing: initial value.");
     v("move_sigma_m", move_sigma_m, kPositive,
-      "Standard deviation of the wheels' way after one metre: where learning starts.");
+      "Standard deviation of the wheels' distance after one metre: initial value.");
     v("turn_sigma_rad", turn_sigma_rad, kPositive,
-      "Standard deviation of the wheels' heading after one metre: where learning starts.");
+      "Standard deviation of the wheels' heading after one metre: initial value.");
   }
 };
 
@@ -40,19 +40,19 @@ struct SetUpOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v("sensor_ahead_m", sensor_ahead_m,
-      "The sensor's place ahead of the point whose speed the wheels measure.");
+      "The sensor's position ahead of the point whose speed the wheels measure.");
     v("sensor_left_m", sensor_left_m, "The same, to the left.");
     v("sensor_yaw_rad", sensor_yaw_rad, "Where the sensor's bearing 0 points, counter-clockwise.");
     v("sensor_sigma_m", sensor_sigma_m, kNotNegative,
-      "How well the sensor's place is known. 0 = exactly: nothing is estimated.");
+      "Standard deviation of the sensor's position. 0 = exactly known: not estimated.");
     v("sensor_yaw_sigma_rad", sensor_yaw_sigma_rad, kNotNegative,
-      "How well the sensor's heading is known. 0 = exactly.");
+      "Standard deviation of the sensor's heading. 0 = exactly known.");
     v("speed_scale_sigma", speed_scale_sigma, kNotNegative,
-      "How well the wheels' size is known, as a part of it. 0 = exactly.");
+      "Standard deviation of the wheels' scale, as a fraction. 0 = exactly known.");
     v("turn_scale_sigma", turn_scale_sigma, kNotNegative,
-      "How well the turn rate's scale is known, as a part of it. 0 = exactly.");
+      "Standard deviation of the turn rate's scale, as a fraction. 0 = exactly known.");
     v("turn_bias_sigma_rad_per_s", turn_bias_sigma_rad_per_s, kNotNegative,
-      "How well the turn rate's zero is known. 0 = exactly.");
+      "Standard deviation of the turn rate's zero. 0 = exactly known.");
   }
 };
 
@@ -66,7 +66,7 @@ struct LandmarkSlamOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v("noise", noise);
-    v("learn_noise", learn_noise, "Whether the noise is learned on the way.");
+    v("learn_noise", learn_noise, "Estimate the noise during the drive.");
     v("set_up", set_up);
     v.advanced("gate_probability", gate_probability, Limits{0.5, 0.999999},
                "Probability that the gate accepts a true pairing of sightings with landmarks.");

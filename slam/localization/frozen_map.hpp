@@ -33,7 +33,7 @@ struct LocalizerOptions {
                "was made.");
     v.advanced(
         "max_contradicted", max_contradicted, Limits{0.0, 1.0},
-        "Part of a scan's beams that may end where the map is free. More among many people.");
+        "Fraction of a scan's beams that may end where the map is free. More among many people.");
     v("lost_after_m", lost_after_m, kPositive,
       "Relocalization starts after this distance with scans that contradict the map. More among "
       "crowds.");

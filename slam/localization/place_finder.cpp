@@ -148,7 +148,7 @@ bool PlaceFinder::stands_out(const std::vector<PlaceCandidate>& found) const {
 }
 
 PlaceEstimate PlaceFinder::look(const std::vector<Keyframe>& session) {
-  require(!session.empty(), "place_finder: there is no keyframe to look with");
+  require(!session.empty(), "place_finder: there is no keyframe to search with");
   PlaceEstimate estimate;
   const SessionPoints points = points_of(session);
   if (points.beams.ends.cols() == 0) return estimate;

@@ -46,12 +46,11 @@ struct PlaceFinderOptions {
                "for large buildings with similar rooms.");
     v.advanced(
         "sure_explained", sure_explained, Limits{0.0, 1.0},
-        "Part of the points that must lie on walls of the map. Less where much has changed.");
+        "Fraction of the points that must lie on walls of the map. Less where much has changed.");
     v.advanced("sure_margin", sure_margin, Limits{0.0, 1.0},
-               "Evidence that the best place must have above any other.");
-    v.advanced(
-        "sure_path_m", sure_path_m, kNotNegative,
-        "A place is accepted after this distance at the earliest. More where rooms are alike.");
+               "Margin of evidence that the best place needs over any other.");
+    v.advanced("sure_path_m", sure_path_m, kNotNegative,
+               "A place is accepted after this distance at the earliest. More for similar rooms.");
     v.advanced("sure_times", sure_times, Limits{1, 1000},
                "Number of keyframes in a row that must agree on the place.");
   }

@@ -21,7 +21,7 @@ constexpr double kGrazeM = 0.12;
 LikelihoodPyramid make_walls(const std::vector<Keyframe>& keys, const PlaceMapOptions& options) {
   validate(options, "place_map");
   const OrientedPoints all = join_points(keys, 0, static_cast<int>(keys.size()) - 1, Pose2{});
-  require(all.points.cols() > 0, "holds no point to find a place by");
+  require(all.points.cols() > 0, "has no points for place recognition");
   const Eigen::Vector2d size = all.points.rowwise().maxCoeff() - all.points.rowwise().minCoeff();
   const double area_m2 = (size.x() + 20.0) * (size.y() + 20.0);
   require(area_m2 < kMaxAreaM2, "is larger than 400 square kilometres");

@@ -44,12 +44,12 @@ void check(const KeyframeSet& keyframes) {
   for (const Keyframe& key : keyframes.keys) {
     const Points2& points = key.points_in_robot.points;
     require(points.cols() == key.points_in_robot.normals.cols(),
-            "a keyframe has not one normal a point");
+            "a keyframe needs one normal per point");
     require(is_near(key.world_from_robot) &&
                 (points.size() == 0 || points.cwiseAbs().maxCoeff() <= kFarthestM) &&
                 key.sensor_in_robot.cwiseAbs().maxCoeff() <= kFarthestM &&
                 std::abs(key.path_m) <= kFarthestPathM,
-            "a keyframe lies farther away than 1000 km");
+            "a keyframe is farther away than 1000 km");
   }
   require(keyframes.merged >= 0 && keyframes.merged <= kMostMerged,
           "the number of merged keyframes is impossible");

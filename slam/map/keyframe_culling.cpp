@@ -82,7 +82,7 @@ void check(const CullingState& state, const KeyframeSet& keyframes) {
   const auto count = static_cast<int32_t>(keyframes.keys.size());
   require(state.next >= 0 && state.next <= count && state.until <= count && state.kept >= 0 &&
               state.kept <= count,
-          "more keyframes were culled than there are");
+          "more keyframes were culled than exist");
 }
 
 bool KeyframeCulling::is_due(std::size_t keyframes) const {

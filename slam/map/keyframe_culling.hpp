@@ -37,7 +37,7 @@ struct CullingOptions {
         "recent_keyframes", recent_keyframes, Limits{0, 1000000},
         "The newest keyframes are never merged, since a wrong loop closure may still be rejected.");
     v.advanced("keyframes_per_place", keyframes_per_place, Limits{1, 1000000},
-               "Number of keyframes that a place keeps. More for places that look different from "
+               "Number of keyframes kept at a place. More for places that look different from "
                "each side.");
   }
 };

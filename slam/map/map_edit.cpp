@@ -37,17 +37,17 @@ MapEdit parse_line(const std::string& line, const std::string& place) {
   words >> name;
   const auto found = std::find(kNames.begin(), kNames.end(), name);
   require(found != kNames.end(), place + ": '" + name +
-                                     "' is none of forbid_loop, add_loop, drop_scans, "
+                                     "' is not one of forbid_loop, add_loop, drop_scans, "
                                      "distrust_odometry");
   MapEdit edit;
   edit.kind = static_cast<MapEdit::Kind>(found - kNames.begin());
   require(read_time(words, edit.from) && read_time(words, edit.to),
-          place + ": two times in seconds follow " + name);
+          place + ": expected two times in seconds after " + name);
   require(edit.from <= edit.to, place + ": the later time comes first");
   if (edit.kind == MapEdit::Kind::add_loop) {
     Pose2& pose = edit.from_from_to;
     require(static_cast<bool>(words >> pose.x_m >> pose.y_m >> pose.theta_rad) && is_finite(pose),
-            place + ": x [m], y [m] and theta [rad] follow the times of add_loop");
+            place + ": expected x [m], y [m] and theta [rad] after the times of add_loop");
     pose.theta_rad = normalize_angle(pose.theta_rad);
   }
   words >> left_over;

@@ -78,12 +78,12 @@ void check(const ScanPathState& path, const KeyframeSet& keyframes) {
   const std::size_t count = keyframes.keys.size();
   require(path.keyframe_poses.size() >= count &&
               path.keyframe_poses.size() - count <= static_cast<std::size_t>(keyframes.merged),
-          "there are more keyframe poses than keyframes ever made");
+          "there are more keyframe poses than keyframes");
   for (const std::vector<ScanPose>* scans : {&path.scans, &path.keyframe_poses}) {
     for (const ScanPose& scan : *scans) {
       require(scan.key == -1 || is_index(scan.key, count),
               "a scan's pose is relative to no keyframe");
-      require(is_near(scan.key_from_robot), "a scan lies farther away than 1000 km");
+      require(is_near(scan.key_from_robot), "a scan is farther away than 1000 km");
     }
   }
   require(std::all_of(path.keyframe_poses.begin(), path.keyframe_poses.end(),
@@ -118,7 +118,7 @@ bool ScanPath::is_at_stop(const Pose2& world_from_robot, const std::vector<Keyfr
 }
 
 void ScanPath::keep_short(double every_m, std::size_t first) {
-  require(every_m >= 0.0, "a path of less than no distance between poses");
+  require(every_m >= 0.0, "a path with a negative distance between poses");
   every_m_ = every_m;
   short_from_ = first;
 }

@@ -16,7 +16,7 @@ inline EstimatorKind estimator_kind(const std::string& name) {
   if (name == "least_squares") return EstimatorKind::least_squares;
   if (name == "lorentzian") return EstimatorKind::lorentzian;
   require(name == "geman_mcclure", "estimator '" + name +
-                                       "' is not known; take least_squares, lorentzian or "
+                                       "' is unknown; use least_squares, lorentzian or "
                                        "geman_mcclure");
   return EstimatorKind::geman_mcclure;
 }

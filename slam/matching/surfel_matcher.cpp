@@ -113,7 +113,7 @@ SurfelMatcher::SurfelMatcher(const SurfelMatcherOptions& options) : options_(opt
   validate(options, "surfel_matcher");
   require(!options.cells_m.empty() && options.cells_m.size() == options.sigmas_m.size() &&
               options.cells_m.size() == options.every_nth_point.size(),
-          "surfel_matcher: cells_m, sigmas_m and every_nth_point need one value a level each");
+          "surfel_matcher: cells_m, sigmas_m and every_nth_point need one value per level each");
 }
 
 double SurfelMatcher::kernel_sigma_m(std::size_t level, double range_sigma_m) const {

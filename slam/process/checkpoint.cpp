@@ -161,7 +161,7 @@ void put_checkpoint_aside(const std::filesystem::path& path,
     if (!std::filesystem::exists(old)) continue;
     const std::string aside = old.string() + "." + time_of(old);
     std::filesystem::rename(old, aside);
-    if (warn) warn("it was put aside: " + aside);
+    if (warn) warn("it was moved aside: " + aside);
   }
 }
 
@@ -171,7 +171,7 @@ CheckpointLock::CheckpointLock(const std::filesystem::path& path)
     : lock_(open((path.string() + ".lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666)) {
   if (lock_ >= 0 && flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     close(lock_);
-    throw std::runtime_error("another process uses the checkpoint " + path.string());
+    throw std::runtime_error("another process is using the checkpoint " + path.string());
   }
 }
 

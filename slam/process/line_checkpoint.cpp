@@ -41,7 +41,7 @@ template <class Archive, class Matrix>
 void archive_sized(Archive& bytes, Matrix& matrix, Eigen::Index rows, Eigen::Index columns) {
   if constexpr (Archive::kReads) {
     require(bytes.left() / sizeof(double) >= static_cast<std::size_t>(rows * columns),
-            "is cut short");
+            "is truncated");
     matrix.resize(rows, columns);
   }
   bytes.raw(matrix.data(), static_cast<std::size_t>(matrix.size()) * sizeof(double));

@@ -103,10 +103,10 @@ std::string LineSlamAdapter::execute_on_map(const SlamOrder& order) {
       throw std::invalid_argument("EXTEND: the line SLAM cannot relocalize");
     case slam_command_t::RESET:
       reset({});
-      return "RESET: a new map is started";
+      return "RESET: starting a new map";
     default:  // SET_POSE
       reset(order.world_from_robot);
-      return "SET_POSE: a new map is started from there";
+      return "SET_POSE: starting a new map from there";
   }
 }
 

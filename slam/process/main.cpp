@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
     process::CommonArguments arguments;
     process::add_common_arguments(app, arguments);
     std::string checkpoint;
-    app.add_option("--checkpoint", checkpoint, "over the config's checkpoint_path");
+    app.add_option("--checkpoint", checkpoint, "overrides the config's checkpoint_path");
     std::string calibration;
     add_calibration_argument(app, calibration);
     std::string foreign_table;
@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
     slam.finish();
     slam.end_checkpoint();
     loop.say_replies();
-    spdlog::info("{}; loops taken over late: {}", slam.drops().summary(), slam.late_loop_work());
+    spdlog::info("{}; loops applied late: {}", slam.drops().summary(), slam.late_loop_work());
     return 0;
   });
 }

@@ -51,8 +51,7 @@ class OrderGiver {
       if (answers_->are_complete() && steady_clock::now() > begin + kAllAreHeard) break;
     }
     if (answers_->is_empty()) {
-      std::fputs("marco slam: no SLAM answers. Is marco-slam running, and on this network?\n",
-                 stderr);
+      std::fputs("marco slam: no SLAM answers. Is marco-slam running, on this network?\n", stderr);
       return process::kExitFailed;
     }
     print(answers_->are_good() ? stdout : stderr, "%s\n", answers_->text().c_str());
@@ -76,7 +75,7 @@ void take_pose(const std::vector<double>& x_y_deg, slam_command_t& command) {
 int main(int argc, char** argv) {
   return process::run_main("marco-slam-order", [&] {
     process::CommandLine app(
-        "Gives an order to every SLAM that runs, and says what became of it.\n"
+        "Sends an order to every running SLAM, and reports the results.\n"
         "NAME is a folder below the SLAM's own folder for maps (maps_folder in its config).");
     std::string lcm_url, folder;
     std::vector<double> pose;
@@ -95,11 +94,11 @@ int main(int argc, char** argv) {
     };
     named(order("save", slam_command_t::SAVE, "write map and path into the folder NAME"));
     posed(named(order("localize", slam_command_t::LOCALIZE,
-                      "find the robot in the map NAME, which stays as it is")),
-          "--at", "where it is [m, m, degrees], when that is known");
+                      "find the robot in the map NAME, without changing it")),
+          "--at", "its pose [m, m, degrees], if known");
     named(
         order("extend", slam_command_t::EXTEND, "add what is driven from now on to the map NAME"));
-    order("reset", slam_command_t::RESET, "forget the map and begin a new one here");
+    order("reset", slam_command_t::RESET, "discard the map and begin a new one here");
     posed(
         order("set-pose", slam_command_t::SET_POSE,
               "the robot is here: tracks from there when localizing, else begins a new map there"),

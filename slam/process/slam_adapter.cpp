@@ -155,7 +155,7 @@ void SlamAdapter::publish_map(Utime utime) {
 void SlamAdapter::note_size(const OccupancyGrid& grid) {
   if (!grid.too_large_m() || std::exchange(too_large_, true)) return;
   char text[120];
-  std::snprintf(text, sizeof text, "the map would be %.0f x %.0f m: what is far off is not drawn",
+  std::snprintf(text, sizeof text, "the map would be %.0f x %.0f m: distant parts are not drawn",
                 grid.too_large_m()->x(), grid.too_large_m()->y());
   drops_.count(text);
 }
@@ -170,12 +170,12 @@ void SlamAdapter::finish_mapping() {
 
 std::string SlamAdapter::save(const std::filesystem::path& folder) {
   require(session_.mode() != MappingSession::Mode::localizing,
-          "SAVE: while localizing, the map is not changed");
+          "SAVE: the map does not change while localizing");
   // Alone, what was driven since would take the place of the map that it is to extend.
   const SavedMap* waiting = session_.waiting_map();
   require(
       waiting != nullptr || session_.mode() != MappingSession::Mode::extending || session_.joined(),
-      "SAVE: the robot has not been found yet in the map that it extends");
+      "SAVE: the robot has not yet been found in the map that it extends");
   require(waiting != nullptr || !session_.keys().empty(),
           "SAVE: there is no map yet: " + mapping_line());
   return orders_.write([folder,
@@ -202,15 +202,15 @@ std::string SlamAdapter::execute_on_map(const SlamOrder& order) {
       const std::size_t keyframes = map.slam.keyframes.keys.size();
       session_.extend(std::move(map));
       return "EXTEND " + order.folder.string() + ": looking for the robot in " +
-             std::to_string(keyframes) + " keyframes; what it drives is added to them";
+             std::to_string(keyframes) + " keyframes; new keyframes will be added";
     }
     case slam_command_t::RESET:
       session_.reset();
-      return "RESET: a new map is started";
+      return "RESET: starting a new map";
     default:  // SET_POSE
       session_.set_pose(order.world_from_robot);
-      return session_.localizer() != nullptr ? "SET_POSE: tracks from there"
-                                             : "SET_POSE: a new map is started from there";
+      return session_.localizer() != nullptr ? "SET_POSE: tracking from there"
+                                             : "SET_POSE: starting a new map from there";
   }
 }
 
@@ -257,7 +257,7 @@ void SlamAdapter::give_up_resuming() {
   try {
     save_map_folder(folder, *old, options_.slam.grid);
     drops_.count(
-        "the robot was not found in the map of before: a new map is begun, the old one is " +
+        "the robot was not found in the previous map: starting a new one; the old one is " +
         folder.string());
   } catch (const std::runtime_error& full) {
     put_checkpoint_aside(checkpoint, [this](const std::string& line) { drops_.count(line); });

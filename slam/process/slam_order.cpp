@@ -20,7 +20,7 @@ std::filesystem::path folder_of(const slam_command_t& command,
   require(!maps_folder.empty(), name + ": no folder for maps is configured");
   require(!command.folder.empty() && !std::filesystem::path(command.folder).is_absolute() &&
               files::stays_inside(command.folder),
-          name + ": the folder must lie below " + maps_folder.string());
+          name + ": the folder must be below " + maps_folder.string());
   return maps_folder / std::filesystem::path(command.folder).lexically_normal();
 }
 
@@ -70,7 +70,7 @@ void SlamOrders::take(const slam_command_t& command,
 }
 
 std::string SlamOrders::write(std::function<std::string()> job) {
-  require(!writing_.busy(), "SAVE: the map before is still being written");
+  require(!writing_.busy(), "SAVE: the previous map is still being written");
   if (!in_background_) return job();
   settle_writing(false);
   written_ = taking_;

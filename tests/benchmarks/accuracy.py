@@ -231,11 +231,11 @@ def measured(options):
     if not data:
         text += "\nSKIPPED: recordings, for MARCO_TEST_DATA is not set.\n"
     copies = f"{options.copies} noisy copies"
-    text += table(f"| recording | scans | driven [m] | odometry | live path | final path | of {copies}: mean, least to most | verdict | CPU [s] | MB |", rows["with"])
+    text += table(f"| recording | scans | driven [m] | odometry | live path | final path | of {copies}: mean, min to max | verdict | CPU [s] | MB |", rows["with"])
     text += table(f"| recording | scans | driven [m] | matched | loops | verdict | {copies} move the path by at most [m] | their verdicts | CPU [s] | MB |", rows["without"])
     if rows["failed"]:
         text += "\nNot mapped:\n\n" + "".join(row + "\n" for row in rows["failed"])
-    return text + table("| simulated tour | scans | driven [m] | odometry rms [m] | path rms (most) [mm] | map rms [mm] | model rms [mm] | p95 | p99 | verdict | CPU [s] | MB |", simulated)
+    return text + table("| simulated tour | scans | driven [m] | odometry rms [m] | path rms (max) [mm] | map rms [mm] | model rms [mm] | p95 | p99 | verdict | CPU [s] | MB |", simulated)
 
 
 def main():

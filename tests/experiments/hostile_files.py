@@ -381,7 +381,7 @@ def made_elsewhere(make, name):
         make(name)
         os._exit(0)
     if os.waitpid(child, 0)[1] != 0:
-        sys.exit(name + ": cannot be made")
+        sys.exit(name + ": cannot be created")
 
 
 def measure(command, seconds, megabytes):

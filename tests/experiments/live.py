@@ -106,7 +106,7 @@ def play(options, log, speed, ear, prefix=(), arguments=(), ready=lambda: None):
     time.sleep(1.0)
     ear.ended = True
     with open(options.folder + "/slam.log", encoding="utf-8") as said:
-        return int(re.findall(r"loops taken over late: (\d+)", said.read())[-1])
+        return int(re.findall(r"loops applied late: (\d+)", said.read())[-1])
 
 
 def repeat(options):
@@ -209,7 +209,7 @@ def latency(options):
         own.append(1e3 * (poses[utime] - let_go))
     period = 1e3 / rate
     print(f"{len(scans)} scans, {rate:.1f} a second (a period of {period:.1f} ms), {len(poses)} poses, on core {options.core}; "
-          f"{late} loops taken over late")
+          f"{late} loops applied late")
     for name, values in (("scan -> pose", whole), ("since the last it waits for", own)):
         print(f"{name:28} median {part(values, 0.5):6.2f}  p99 {part(values, 0.99):6.2f}  max {part(values, 1.0):6.2f} ms;"
               f" {sum(value > period for value in values)} later than the next scan")

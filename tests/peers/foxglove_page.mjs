@@ -65,7 +65,7 @@ async function run(subprotocol) {
     const found = mismatch(value, JSON.parse(channels.get(topic).schema));
     if (found) faults.push(`${topic}${found}`);
   });
-  client.on("status", ({ message }) => (refused ??= /no odometry is heard/.exec(message)?.[0]));
+  client.on("status", ({ message }) => (refused ??= /no odometry/.exec(message)?.[0]));
   client.on("error", (error) => faults.push(String(error)));
   await new Promise((resolve) => client.on("open", resolve));
   const player = spawn("lcm-logplayer", ["--speed=3", sample], { stdio: "ignore" });

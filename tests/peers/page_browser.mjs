@@ -37,7 +37,7 @@ const cases = {
     });
   },
 
-  async "loop closures are drawn as SLAM tells them, and go with the map"() {
+  async "loop closures are drawn as SLAM reports them, and go with the map"() {
     await withRobot({}, async (robot, url) => {
       const page = await open(browser, url), loopDay = [43, 138, 62];
       await until("a map", async () => (await findColor(page, "#map", freeDay)).count > 1000);
@@ -189,7 +189,7 @@ const cases = {
   async "who may only watch is told so, and may stop"() {
     await withRobot({ readOnly: true }, async (robot, url) => {
       const page = await open(browser, url);
-      await until("why", async () => (await text(page, ".note")).includes("watching only"));
+      await until("why", async () => (await text(page, ".note")).includes("can only watch"));
       assert.equal(await page.$eval(".stick", (stick) => stick.hidden), true);
       await page.keyboard.down("KeyW");
       await wait(300);

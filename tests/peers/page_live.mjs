@@ -79,7 +79,7 @@ try {
   // The tour may have been stopped in a sweep.
   await until("a level laser, and a place on the map", async () => {
     await page.evaluate(() => [...document.querySelectorAll(".drive button")].find((one) => one.textContent === "Level the laser" && one.offsetParent)?.click());
-    return /Localized\s+by the scan/.test(await text(page, ".drive .figures"));
+    return /Localized\s+scan matched/.test(await text(page, ".drive .figures"));
   }, 60);
   // Where the robot came from, so that nothing is in the way.
   const begin = await pose(page);
@@ -87,8 +87,8 @@ try {
   await press(page, "Go to a place");
   const pixel = await findPlace(page, target);
   await page.mouse.click(...pixel.at);
-  await until("that it drives", async () => (await text(page, ".drive .figures")).includes("drives"), 20);
-  await until("the same in the second browser", async () => (await text(second, ".drive .figures")).includes("drives"), 20);
+  await until("that it drives", async () => (await text(page, ".drive .figures")).includes("driving"), 20);
+  await until("the same in the second browser", async () => (await text(second, ".drive .figures")).includes("driving"), 20);
   await until("a metre of way", async () => { const [x, y] = await pose(page); return Math.hypot(x - begin[0], y - begin[1]) > 0.7; }, 60);
   if (pictures) {
     await shot(page, "page_live");

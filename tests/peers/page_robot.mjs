@@ -126,7 +126,7 @@ export class PageRobot {
       const message = JSON.parse(data.subarray(5));
       if (client.topics.get(data.readUInt32LE(1)) !== "/cmd_vel" || this.engaged || this.readOnly) return;
       [this.v, this.w, this.heardAt] = [message.linear.x, message.angular.z, Date.now()];
-      if (this.v !== 0 || this.w !== 0) this.endGoal("somebody drives by hand");
+      if (this.v !== 0 || this.w !== 0) this.endGoal("somebody is driving manually");
       this.velocities.push({ v: this.v, w: this.w, at: this.heardAt });
     }
     if (data[0] !== 2) return;
@@ -158,7 +158,7 @@ export class PageRobot {
       return { ok: true, text: "on the way" };
     }
     if (service === "time") return { utime: 1000 * Date.now() };
-    if (service === "end_goal") this.endGoal("asked for in the browser");
+    if (service === "end_goal") this.endGoal("ordered in the browser");
     if (service === "head") this.tilt = request.tilt_rad;
     if (service === "record") this.recording = request.on;
     if (service === "slam" && request.command === "save") return { ok: true, text: "saved", path: `/home/robot/maps/${request.folder}` };

@@ -23,11 +23,11 @@ marco-devices "$folder/ports/laser" "$folder/ports/base" "$folder/nothing" --wri
 expect "^LDROBOT laser at 230400 on $folder/ports/laser, scans at (9.9|10.[01]) Hz, [0-9]+ beams \(marco-ldlidar\)$"
 expect "^base with Marco's text protocol, '[a-z]+' at 115200 on $folder/ports/base \(marco-textbase\)$"
 expect "^$folder/nothing: no such device"
-expect "/laser.toml: measure how high the laser is; until then the base drives at most 0.2 m/s$"
+expect "/laser.toml: measure the laser's height; until then the base drives at most 0.2 m/s$"
 grep -q '^# position_m = ' "$folder/my robot/laser.toml" || fail "it invented a height"
 marco-devices "$folder/nothing" >"$folder/said" 2>&1 && fail "a port that is not there is no failure"
 marco-devices "$folder/ports/laser" --write "$folder/my robot" >"$folder/said" 2>&1 && fail "it overwrote files"
-expect "exists already"
+expect "already exists"
 
 # Only a person can count the ticks of a wheel's turn.
 cat "$root/config/robots/homemade/textbase.toml" | sed "s|^device = .*|device = \"$folder/ports/base\"|" >"$folder/my robot/base.toml"

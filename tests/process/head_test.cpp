@@ -74,7 +74,7 @@ TEST_F(HeadCommand, PointsThePanTiltAndSaysWhereItStands) {
 
 TEST_F(HeadCommand, SaysWhenNobodyAnswersAndStopsWhenItIsStopped) {
   EXPECT_EQ(head({"30", "0"}, false), 1);
-  EXPECT_THAT(said(), HasSubstr("no pan-tilt says where it looks"));
+  EXPECT_THAT(said(), HasSubstr("no pan-tilt reports its angles"));
   EXPECT_EQ(head({"90", "0"}, true, 3), 128 + SIGINT);
   while (bus_.handle_once(100)) {
   }

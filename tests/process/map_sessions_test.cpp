@@ -69,13 +69,13 @@ TEST_F(MapSessions, TwoBuildingsAreKeptApartAndThatIsSaid) {
   const std::string before = files::read_whole_file(at("a/map.marco"));
   const Result extended = run("marco-map", {b.string(), "--extend", at("a"), "--out", at("new")});
   EXPECT_EQ(extended.code, 1) << extended.output;
-  EXPECT_THAT(extended.output, HasSubstr("not found in this map, which stays unchanged"));
+  EXPECT_THAT(extended.output, HasSubstr("not found in this map, which is unchanged"));
   EXPECT_EQ(files::read_whole_file(at("a/map.marco")), before);
   EXPECT_FALSE(std::filesystem::exists(at("new/map.pgm")));
 
   const Result lines = run("marco-map", {a.string(), b.string(), "--lines", "--out", at("lines")});
   EXPECT_EQ(lines.code, 1) << lines.output;
-  EXPECT_THAT(lines.output, HasSubstr("was found nowhere in the map of the recordings before it"));
+  EXPECT_THAT(lines.output, HasSubstr("was not found in the map of the previous recordings"));
   EXPECT_FALSE(std::filesystem::exists(at("lines/map.pgm")));
 }
 

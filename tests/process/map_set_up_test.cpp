@@ -236,8 +236,7 @@ TEST_F(MapSetUp, ScansThatCameTwiceAreUsedOnce) {
   files::write_whole_file(at("ring.log"), twice);
   const Result result = run("marco-map", {at("ring.log"), "--out", at("out")});
   EXPECT_EQ(result.code, 0) << result.output;
-  EXPECT_THAT(result.output,
-              HasSubstr("scan that came twice " + std::to_string(testing::kRingScans)));
+  EXPECT_THAT(result.output, HasSubstr("duplicate scan " + std::to_string(testing::kRingScans)));
   EXPECT_EQ(files::read_tum(at("out") + "/trajectory.tum").size(),
             static_cast<std::size_t>(testing::kRingScans));
   EXPECT_LT(round_off_m(), 0.03);

@@ -40,8 +40,8 @@ kill -0 $slam || fail "SLAM ended"
 [ "$(grep -c 'could not send' "$folder/laser.log")" = 1 ] || fail "it repeats itself"
 
 ip route add 224.0.0.0/4 dev lo
-wait_for laser "LCM sends again; [0-9]+ messages were not sent"
-wait_for slam "LCM sends again"
+wait_for laser "LCM can send again; [0-9]+ messages were not sent"
+wait_for slam "LCM can send again"
 kill -TERM $laser
 wait $laser || fail "the laser's process ended with $?"
 echo "lasers and SLAM live on without a network; a base ends"

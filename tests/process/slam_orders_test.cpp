@@ -223,7 +223,7 @@ TEST_F(SlamOrders, EndedAndStartedElsewhereItIsLostUntilItHasFoundItself) {
   slam = start();
   Program second("marco-slam", {"--config", at("slam.toml")}, at("second.out"));
   EXPECT_EQ(second.wait(20), 1);
-  EXPECT_THAT(files::read_whole_file(at("second.out")), HasSubstr("another process uses"));
+  EXPECT_THAT(files::read_whole_file(at("second.out")), HasSubstr("another process is using"));
   const Pose2 world_from_map = start_;
   switch_off_and_on({0.0, 0.0, 0.3});
   drive(0, 2);
@@ -255,7 +255,7 @@ TEST_F(SlamOrders, StartedInAnotherBuildingItBeginsANewMapAndTheOldOneStays) {
   EXPECT_EQ(last_.status, int{slam_pose_t::STATUS_MATCHED});
   EXPECT_THAT((Pose2{last_.x_m, last_.y_m, last_.theta_rad}),
               IsNear(between(true_pose(0), true_pose(149)), 0.1, 0.05));
-  EXPECT_THAT(files::read_whole_file(at("slam.out")), HasSubstr("a new map is begun"));
+  EXPECT_THAT(files::read_whole_file(at("slam.out")), HasSubstr("starting a new one"));
   std::string old;
   for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
     if (entry.path().filename().string().starts_with("before_")) old = entry.path().filename();

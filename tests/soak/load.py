@@ -23,7 +23,7 @@ PORT = 7667
 ROUNDS = 3  # so that it is overtaxed for long, not for as much as its queues hold
 FAST_LASER = "[laser]\nscans_per_s = 375.0\nscan_duration_s = 0.002667\n"
 TAIL = 8  # scans of one odometry period: the last ones wait for a next that never comes
-LOST = "came too fast: the oldest of "
+LOST = "arrived too fast: the oldest of "
 
 
 def play(arguments, folder, log, speed):

@@ -61,7 +61,7 @@ void LcmSide::connect(MarcoSide& marco) {
         // By the clock of who stamps the scans: that robot's may differ from ours.
         require_fresh("mbot_slam_reset_t", stamp_of(order.utime), raw.event_time - behind_);
         require(order.slam_mode == mbot_slam_reset_t::FULL_SLAM,
-                "mbot_slam_reset_t: only full SLAM can be begun again");
+                "mbot_slam_reset_t: only full SLAM can restart");
         marco.reset(order.retain_pose != 0 ? MarcoSide::Reset::map_only
                                            : MarcoSide::Reset::everything);
       });
@@ -111,7 +111,7 @@ std::string LcmSide::state() const {
   }
   switch (stack()) {
     case Stack::none:
-      return "hears no laser and no odometry that it knows";
+      return "receives no known laser or odometry";
     case Stack::mbot:
       return "MBot: " + heard;
     case Stack::dimos:
@@ -119,7 +119,7 @@ std::string LcmSide::state() const {
     case Stack::other:
       break;
   }
-  return heard + "; nothing is sent back: whose types these are is not known";
+  return heard + "; nothing is sent back: the owner of these types is unknown";
 }
 
 }  // namespace marco::bridge

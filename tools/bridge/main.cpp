@@ -63,7 +63,7 @@ void require_apart(const std::string& ours, const std::string& theirs) {
   if (a.group != b.group || a.port != b.port) return;
   throw process::UsageError("Marco's programs and the others would share " + theirs +
                             ", where SLAM_POSE and LIDAR would carry two types: give Marco's "
-                            "another, e.g. LCM_DEFAULT_URL='" +
+                            "another one, e.g. LCM_DEFAULT_URL='" +
                             kOurs + "'");
 }
 
@@ -114,8 +114,8 @@ int bridge_ros(const Arguments& arguments, const ForeignTable& table) {
 int main(int argc, char** argv) {
   return process::run_main("marco-bridge", [&] {
     process::CommandLine app(
-        "Lets Marco map with another stack's robot: takes its scans and odometry to Marco's "
-        "programs, and their pose, map and path back.\n"
+        "Lets Marco map with another stack's robot: forwards its scans and odometry to Marco's "
+        "programs, and returns pose, map and path.\n"
         "  marco-bridge                    MBot, dimos: LCM on the port 7667; Marco's programs on "
         "7668\n"
         "  marco-bridge ws://ROBOT:8765    ROS 1 or ROS 2 where foxglove_bridge runs; ROS is not "

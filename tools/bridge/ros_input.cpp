@@ -170,11 +170,11 @@ void RosInput::use(const ros::RosSurvey& survey, ros::RosPlan plan) {
 std::string RosInput::state() const {
   if (!samples_) {
     if (!missing_.empty()) return missing_;
-    if (first_scan_s_) return "looks at the robot's topics";
+    if (first_scan_s_) return "reading the robot's topics";
     const bool has_scans = std::any_of(subscribed_.begin(), subscribed_.end(), [](const auto& one) {
       return ros::use_of(one.second.topic) == ros::Use::scan;
     });
-    return has_scans ? "waits for scans" : "the robot advertises no sensor_msgs/LaserScan";
+    return has_scans ? "waiting for scans" : "the robot advertises no sensor_msgs/LaserScan";
   }
   const ros::RosPlan& plan = samples_->plan();
   std::string text = "laser " + plan.lasers.front().topic;

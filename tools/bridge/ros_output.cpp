@@ -24,7 +24,7 @@ std::optional<std::string> RosOutput::open(const foxglove::ServerInfo& server) {
   encoding_.clear();
   trouble_.clear();
   if (!server.capabilities.contains("clientPublish")) {
-    trouble_ = "the robot's bridge takes no messages (capability clientPublish)";
+    trouble_ = "the robot's bridge accepts no messages (capability clientPublish)";
     return std::nullopt;
   }
   for (const char* encoding : {"cdr", "ros1"}) {
@@ -32,7 +32,7 @@ std::optional<std::string> RosOutput::open(const foxglove::ServerInfo& server) {
     if (!encoding_.empty()) break;
   }
   if (encoding_.empty()) {
-    trouble_ = "the robot's bridge takes neither cdr nor ros1";
+    trouble_ = "the robot's bridge accepts neither cdr nor ros1";
     return std::nullopt;
   }
   const auto type = [this](const std::string& package, const std::string& name) {

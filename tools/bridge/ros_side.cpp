@@ -28,7 +28,7 @@ RosSide::RosSide(const std::string& url,
              }),
       output_([this](std::vector<uint8_t> message) {
         const bool sent = socket_.send_binary(std::move(message));
-        if (!sent) drops_.count("not sent: the robot takes messages too slowly");
+        if (!sent) drops_.count("not sent: the robot reads messages too slowly");
         return sent;
       }),
       socket_(parse_websocket_url(url),
@@ -41,7 +41,7 @@ RosSide::RosSide(const std::string& url,
                [this](std::span<const uint8_t> message) { count([&] { take_binary(message); }); },
                [this](const std::string& why) {
                  const std::string now = "not connected to " + url_ + ": " + why;
-                 if (now != not_connected_) say_(now + "; tries again every second");
+                 if (now != not_connected_) say_(now + "; retrying every second");
                  not_connected_ = now;
                  input_.forget();
                  output_.close();

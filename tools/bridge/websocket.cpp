@@ -174,7 +174,7 @@ class WebSocketClient::Connection : public std::enable_shared_from_this<Connecti
     is_open_ = false;
     std::string why = error.message();
     if (error == websocket::error::upgrade_declined) {
-      why = "the server speaks none of " + client_.state_->subprotocols;
+      why = "the server supports none of " + client_.state_->subprotocols;
     }
     State& state = *client_.state_;
     state.retry.expires_after(kRetryAfter);

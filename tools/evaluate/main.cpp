@@ -86,7 +86,7 @@ int print_fit(const Trajectory& trajectory, const RecordedTruth& truth, const st
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-evaluate", [&] {
     marco::process::CommandLine app(
-        "Error of a trajectory against RELATIONS (hand-checked relative poses), against the true "
+        "Error of a trajectory against RELATIONS (verified relative poses), against the true "
         "poses of a log, or against the SLAM poses in a log.\n"
         "  marco evaluate out/trajectory.tum intel.relations\n"
         "  marco evaluate out/trajectory.tum --truth simulated.lcm\n"
@@ -103,7 +103,8 @@ int main(int argc, char** argv) {
     app.add_option("--recorded", recorded_path, "a log with SLAM_POSE")
         .excludes(relations)
         .excludes(truth);
-    app.add_option("--tolerance", tolerance_s, "[s] between a relation's time and its pose");
+    app.add_option("--tolerance", tolerance_s,
+                   "[s] largest gap between a relation's time and a pose");
     if (const auto code = app.parse(argc, argv)) return *code;
     marco::process::require_usage(
         !relations_path.empty() || !truth_path.empty() || !recorded_path.empty(),

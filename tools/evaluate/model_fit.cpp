@@ -87,7 +87,7 @@ class DistanceField {
     }
     size_ = ((max_m_ - min_m_) / kStepM).cast<int>() + Eigen::Vector3i::Constant(2);
     require(static_cast<double>(size_.x()) * size_.y() * size_.z() < 5e7,
-            "the world is too large to look for the model in: say where it is");
+            "the world is too large to search for the model: give its pose");
     for (int z = 0; z < size_.z(); ++z) {
       for (int y = 0; y < size_.y(); ++y) {
         for (int x = 0; x < size_.x(); ++x) {

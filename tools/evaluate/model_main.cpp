@@ -115,7 +115,7 @@ int main(int argc, char** argv) {
                  "list the places where two sheets of one face are more than 20 mm apart")
         .needs(beams);
     app.add_flag("--as-it-lies", arguments.as_it_lies,
-                 "do not align: the model is in the world's frame");
+                 "do not align: the model is already in the world's frame");
     if (const auto code = app.parse(argc, argv)) return *code;
     return marco::run(arguments);
   });

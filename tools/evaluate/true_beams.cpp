@@ -45,7 +45,7 @@ Heard hear(const std::filesystem::path& path) {
 TrueBeams true_beams(const std::filesystem::path& recording, const sim::RayCaster& world) {
   constexpr double kMovingRad = 1e-4;
   const Heard heard = hear(recording);
-  require(!heard.truth.empty(), recording.string() + ": holds no TRUE_POSE");
+  require(!heard.truth.empty(), recording.string() + ": contains no TRUE_POSE");
   TrueBeams beams;
   beams.truth = heard.truth;
   const auto base = heard.sensors.find("PANTILT_STATE");

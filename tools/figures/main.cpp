@@ -98,7 +98,7 @@ int run(const std::string& log,
   job.read({log}, process::load_options<ForeignTable>(""));
   job.finish();
   const auto stops = by_stop(job.mapping3d().mapper().scenes());
-  require(!stops.empty(), log + ": holds no 3D sweep");
+  require(!stops.empty(), log + ": contains no 3D sweep");
   for (const Figure& figure : draw_thesis_figures(results.path(), stops, figures)) {
     std::printf("%s: %s\n", (out / figure.file).c_str(), figure.what.c_str());
   }
@@ -117,9 +117,9 @@ int run(const std::string& log,
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-figures", [&] {
     marco::process::CommandLine app(
-        "The equals of thesis B's figures from a recording with 3D sweeps: 5.3-5.11, the ways its "
-        "scan matching goes, with their errors and times; 5.13-5.17 and 5.19-5.21, its polygons, "
-        "its light, its way of joining; of a recording with pictures 5.12 and 5.18.");
+        "Reproduces figures of thesis B from a recording with 3D sweeps: 5.3-5.11, paths by its "
+        "scan matching methods, with their errors and times; 5.13-5.17 and 5.19-5.21, its "
+        "polygons, lighting and registration; from a recording with pictures also 5.12 and 5.18.");
     std::string log, config, out = "out/figures", size = "1000x750";
     marco::FigureOptions figures;
     app.add_option("LOG", log).required().existing_path();

@@ -63,7 +63,7 @@ void to_lcm(const ConvertArguments& arguments) {
   OutputFile out(arguments.out, arguments.existing, {arguments.in});
   LateProgress progress = progress_of(arguments);
   const ImportResult result = import_recording(arguments.in, out, progress.callback());
-  require(result.events > 0, arguments.in + ": nothing in it can be written as events");
+  require(result.events > 0, arguments.in + ": contains nothing to write as events");
   out.finish();
   print(stdout, "%s: %s, %lld events\n", arguments.out.c_str(), result.report.format.c_str(),
         static_cast<long long>(result.events));
@@ -75,7 +75,7 @@ void to_carmen(const ConvertArguments& arguments) {
   OutputFile out(arguments.out, arguments.existing, {arguments.in});
   LateProgress progress = progress_of(arguments);
   const CarmenResult result = export_carmen(*recording, out, nullptr, progress.callback());
-  require(result.scans > 0, arguments.in + ": no scans in it");
+  require(result.scans > 0, arguments.in + ": contains no scans");
   out.finish();
   print(stdout, "%s: %lld scans, %lld odometry lines\n", arguments.out.c_str(),
         static_cast<long long>(result.scans), static_cast<long long>(result.odometry));
@@ -87,7 +87,7 @@ Utime utime_of(const Sample& sample) {
 }
 
 void print_damage(const ros::Damage& damage) {
-  if (damage.is_cut_off) print(stdout, "  the recording ends within a record\n");
+  if (damage.is_cut_off) print(stdout, "   the recording ends inside a record\n");
   if (damage.places == 0) return;
   print(stdout, "  skipped %lld bytes at %lld damaged places\n",
         static_cast<long long>(damage.bytes), static_cast<long long>(damage.places));
@@ -126,7 +126,7 @@ void samples_to_ros(const ConvertArguments& arguments, ros::MessageSink& sink) {
     if (count % kSamplesBetweenProgress == 0) show(recording->progress());
   }
   if (results) results->write_until(Utime::from_us(INT64_MAX));
-  require(ros.messages() > 0, arguments.in + ": nothing in it can be written as messages of ROS");
+  require(ros.messages() > 0, arguments.in + ": contains nothing to write as ROS messages");
   sink.finish();
   print(stdout, "%s: %s, %lld messages\n", arguments.out.c_str(),
         recording->report().format.c_str(), static_cast<long long>(ros.messages()));
@@ -153,7 +153,7 @@ struct PassingLog {
     OutputFile log(path, Existing::refuse, {});
     LateProgress progress("reading " + arguments.in);
     const ImportResult result = import_recording(arguments.in, log, progress.callback());
-    require(result.events > 0, arguments.in + ": nothing in it can be written as events");
+    require(result.events > 0, arguments.in + ": contains nothing to write as events");
     log.finish();
     print_report(result.report);
   }
@@ -214,7 +214,7 @@ void run_convert(const ConvertArguments& arguments) {
     names += std::string(names.empty() ? "" : ", ") + target.name;
   }
   throw std::invalid_argument(arguments.out +
-                              ": no format has this ending; choose one with --format: " + names);
+                              ": no format has this extension; choose one with --format: " + names);
 }
 
 }  // namespace
@@ -233,7 +233,7 @@ void add_convert(process::CommandLine& program) {
   command
       .add_option(
           "--format", arguments->format,
-          "default: by the ending of OUT. ros2 and ros1: MCAP with messages of ROS 2 or ROS 1")
+          "default: by the extension of OUT. ros2 and ros1: MCAP with messages of ROS 2 or ROS 1")
       .one_of({"lcm", "carmen", "bag", "ros2", "ros1", "foxglove"});
   command
       .add_option("--foreign", arguments->foreign,

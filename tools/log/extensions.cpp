@@ -81,7 +81,7 @@ void run_import(const ImportArguments& arguments) {
     LateProgress progress("importing " + std::filesystem::path(arguments.in).filename().string());
     result = import_recording(arguments.in, out, progress.callback());
   }
-  require(result.events > 0, arguments.in + ": nothing in it can be written as events");
+  require(result.events > 0, arguments.in + ": contains nothing to write as events");
   out.finish();
   print(stdout, "%s: %s, %lld events\n", arguments.out.c_str(), result.report.format.c_str(),
         static_cast<long long>(result.events));
@@ -97,7 +97,7 @@ void add_import(process::CommandLine& program) {
   auto arguments = std::make_shared<ImportArguments>();
   auto command = program.add_subcommand(
       "import",
-      "make an LCM log (LIDAR, ODOMETRY, SENSOR_INFO) of a CARMEN log or another recording",
+      "make an LCM log (LIDAR, ODOMETRY, SENSOR_INFO) from a CARMEN log or another recording",
       [arguments] { run_import(*arguments); });
   command.add_option("IN", arguments->in, "recording").required();
   command.add_option("OUT", arguments->out, "log to write").required();

@@ -89,9 +89,9 @@ AddedMessage FoxgloveTranslator::transform_message(const std::string& channel,
 
 std::string FoxgloveTranslator::remark() const {
   const int64_t count = grids_.left_out();
-  return count == 0 ? ""
-                    : std::to_string(count) +
-                          " maps are too large to be drawn: only their tiles were written";
+  return count == 0
+             ? ""
+             : std::to_string(count) + " maps are too large to draw: only their tiles were written";
 }
 
 std::vector<AddedMessage> FoxgloveTranslator::translate(const DecodedEvent& event) {
@@ -220,7 +220,7 @@ std::vector<AddedMessage> FoxgloveTranslator::translate_pose(const DecodedEvent&
     if (transform) messages.push_back(transform_message(channel, utime_us, *transform));
     return messages;
   };
-  constexpr const char* kNoPlace = "a pose that is no place";
+  constexpr const char* kNoPlace = "invalid pose";
   if (const auto slam = decode_as<slam_pose_t>(event.bytes)) {
     return answer(slam->utime, "world",
                   finite_pose(slam->x_m, slam->y_m, slam->theta_rad, kNoPlace));

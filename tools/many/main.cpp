@@ -40,10 +40,10 @@ std::optional<int> parse(int argc, char** argv, Arguments& arguments) {
   if (end != argv + argc) arguments.for_map.assign(end + 1, argv + argc);
   app.add_option("INPUT", arguments.inputs, "folders, lists or recordings");
   app.add_option("--out", arguments.out, "folder for all results").shows_default();
-  app.add_option("--jobs", arguments.jobs, "maps at a time (as many as there are processors)")
+  app.add_option("--jobs", arguments.jobs, "maps at a time (default: the number of processors)")
       .between(1, 10000);
   app.add_flag("--slurm", arguments.slurm, "submit them to Slurm as an array job, and return");
-  app.add_flag("--table", arguments.only_table, "only write the table of what is there");
+  app.add_flag("--table", arguments.only_table, "only write the table of existing results");
   app.add_option("--task", arguments.task, "only map the Nth of OUT/jobs/list.tsv");
   return app.parse(static_cast<int>(end - argv), argv);
 }

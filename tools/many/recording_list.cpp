@@ -32,7 +32,8 @@ std::vector<fs::path> listed(const fs::path& list) {
 }
 
 [[noreturn]] void throw_nothing_in(const fs::path& argument) {
-  throw std::invalid_argument(argument.string() + ": no recording in it, nor a list of some");
+  throw std::invalid_argument(argument.string() +
+                              ": contains neither a recording nor a list of recordings");
 }
 
 // What can be a folder's name, and a word of a shell.
@@ -57,7 +58,7 @@ std::vector<RecordingParts> find_recordings(const std::vector<fs::path>& argumen
   std::vector<fs::path> named;
   std::vector<RecordingParts> found;
   for (const fs::path& argument : arguments) {
-    require(fs::exists(argument), argument.string() + ": is not there");
+    require(fs::exists(argument), argument.string() + ": is missing");
     std::vector<fs::path> listed_here;
     if (fs::is_directory(argument)) {
       std::vector<RecordingParts> inside = recordings_in(fs::canonical(argument));

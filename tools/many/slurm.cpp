@@ -20,7 +20,7 @@ std::string submitted(const std::string& arguments) {
   }
   const std::string number = text.substr(0, text.find_first_not_of("0123456789"));
   if (pipe == nullptr || pclose(pipe) != 0 || number.empty()) {
-    throw std::runtime_error("sbatch did not take the job (apt-get install slurm-client)");
+    throw std::runtime_error("sbatch did not accept the job (apt-get install slurm-client)");
   }
   return number;
 }
@@ -75,7 +75,7 @@ std::string submit(const Store& store,
                                     program + " --table --out " + quoted(store.out.string())));
   const std::string where = "--chdir=" + quoted(store.jobs().string()) + " ";
   std::string after;
-  std::string said = "nothing is left to do; ";
+  std::string said = "nothing left to do; ";
   if (!numbers.empty()) {
     const std::string id = submitted(where + "--array=" + array_of(numbers) + "%" +
                                      std::to_string(jobs) + " " + quoted(array_script.string()));

@@ -22,7 +22,7 @@ std::vector<RecordingParts> recordings_among(const MapArguments& arguments) {
 void require_extended(const MapArguments& arguments, const MapJob& job) {
   if (arguments.extend.empty()) return;
   require(!job.session()->findings().empty(),
-          arguments.extend + ": the recording was not found in this map, which stays unchanged");
+          arguments.extend + ": the recording was not found in this map, which is unchanged");
 }
 
 void load_edits(const MapArguments& arguments, MapJob& job) {
@@ -36,7 +36,7 @@ void load_edits(const MapArguments& arguments, MapJob& job) {
 
 void require_scans(const MapArguments& arguments, const MapJob& job) {
   if (!job.live_trajectory().empty()) return;
-  std::string why = arguments.inputs.front() + ": holds no usable laser scan";
+  std::string why = arguments.inputs.front() + ": contains no usable laser scan";
   const auto add = [&why](const std::string& cause, int64_t count) {
     why += "\n  dropped: " + cause + " " + std::to_string(count);
   };
@@ -187,7 +187,7 @@ void correct_floor(Remapping& remapping, JudgedMap& map) {
   calibration.floor = {*floor};
   if (!remapping.try_with(calibration, is_judged_as_good) && map.verdict) {
     map.verdict->diagnosis.ask(describe(*floor) +
-                               ", and a map without these returns is worse: is it level?");
+                               ", but a map without these returns is worse: is it level?");
   }
 }
 

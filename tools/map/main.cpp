@@ -46,7 +46,7 @@ int merge(const MapArguments& arguments) {
   slam::write_map_files(results->path(), merged, options.slam.slam.grid);
   write_sessions(results->path(), merged);
   for (const std::size_t index : not_found) {
-    print(stderr, "%s: not found in the maps before it, and left out\n",
+    print(stderr, "%s: left out; not found in the previous maps\n",
           arguments.inputs[index].c_str());
     require(!same_folder(arguments.inputs[index], arguments.out),
             arguments.out + ": unchanged, because its map would be lost; choose another --out");
@@ -153,10 +153,10 @@ int exit_code_of(const std::optional<MapVerdict>& verdict) {
 
 void print_left_out(const MapJob& job) {
   if (!job.own_body().empty()) {
-    print(stdout, "set-up: %s: these returns are left out\n", describe(job.own_body()).c_str());
+    print(stdout, "set-up: %s: these returns are ignored\n", describe(job.own_body()).c_str());
   }
   for (const FloorLine& floor : job.floor()) {
-    print(stdout, "set-up: %s: returns from there on are left out\n", describe(floor).c_str());
+    print(stdout, "set-up: %s: returns beyond are ignored\n", describe(floor).c_str());
   }
 }
 
@@ -231,8 +231,8 @@ int run(const MapArguments& arguments) {
   if (correction) print_correction(*correction);
   if (verdict) print_verdict(*verdict, job, true);
   require(calibrated,
-          "--calibrate: the drive has neither odometry nor a gyroscope that moves, and no two "
-          "sweeps of one stop saw the same walls");
+          "--calibrate: neither odometry nor a gyroscope moves in this drive, and no two sweeps at "
+          "one stop saw the same walls");
   return unfound != 0 ? unfound : exit_code_of(verdict);
 }
 

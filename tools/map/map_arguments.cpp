@@ -79,7 +79,7 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
                  "TOML file with the meaning of foreign channels: see config/foreign.toml")
       .existing_file();
   app.add_option("--hold-out", arguments.hold_out_every,
-                 "keep every Nth scan out of the map; the report tells how well the map predicts "
+                 "keep every Nth scan out of the map; the report shows how well the map predicts "
                  "it")
       .between(2, 1000000);
   app.add_option("--world", arguments.world,
@@ -95,20 +95,20 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
                                  "write the trajectory in that map's frame; the map stays "
                                  "unchanged");
   app.add_option("--start", arguments.start,
-                 "where in the map of --localize the recording begins: x and y in metres, heading "
-                 "in degrees; without it the place is searched in the whole map")
+                 "pose in the map of --localize where the recording begins: x and y in metres, "
+                 "heading in degrees; without it the whole map is searched")
       .values(3)
       .needs(localize);
   extend.excludes(localize).excludes("--lines").existing_folder();
   localize.excludes("--lines").excludes("--hold-out").existing_folder();
   app.add_option("--edits", arguments.edits,
-                 "lines that mend a map, as the verdict on it prints them: forbid_loop T1 T2, "
+                 "fixes for a map, as its verdict suggests them: forbid_loop T1 T2, "
                  "add_loop T1 T2 x y theta, drop_scans T1 T2, distrust_odometry T1 T2")
       .excludes(localize)
       .excludes("--lines")
       .existing_file();
   app.add_flag("--check", arguments.check,
-               "print the verdict on the map, and write nothing (./marco check)")
+               "print the verdict on the map and write nothing (./marco check)")
       .excludes(extend)
       .excludes(localize);
   app.add_flag("--merge", arguments.merge,
@@ -117,22 +117,23 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
       .excludes(localize);
   auto calibration = add_calibration_argument(app, arguments.calibration);
   app.add_flag("--no-calibration", arguments.no_calibration,
-               "take odometry and gyroscope as they were recorded, however wrong they are; else, "
-               "where the drive shows that they are, the map is made again with them corrected")
+               "use odometry and gyroscope as recorded; otherwise, if the drive shows that they "
+               "are wrong, the map is made again with corrected values")
       .excludes(calibration);
-  app.add_flag("--calibrate", arguments.calibrate,
-               "find where the laser sits, how the wheels and the gyroscope count and how late "
-               "they are, from any drive with turns; and the pan-tilt's lever arms and zero "
-               "angles from sweeps of one stop at several pan angles; writes calibration.toml for "
-               "--calibration")
+  app.add_flag(
+         "--calibrate", arguments.calibrate,
+         "calibrate the laser's mount (extrinsics), and scales and delays of wheels and gyroscope, "
+         "from any drive with turns; also the pan-tilt's lever arms and zero angles, from sweeps "
+         "at one stop with several pan angles; writes calibration.toml for "
+         "--calibration")
       .excludes(calibration);
   app.add_flag("--loop-pictures", arguments.loop_pictures,
                "write a picture of each loop closure to loops/: both scans, before and after")
       .excludes("--lines")
       .excludes(localize);
   app.add_flag("--sweep-meshes", arguments.sweep_meshes,
-               "also write model_scenes.ply: the mesh of each sweep by itself, one over another; "
-               "20 MB for each stop");
+               "also write model_scenes.ply: a separate mesh for each sweep, overlapping; 20 MB "
+               "for each stop");
   app.add_flag("--results-log", arguments.results_log,
                "slam.lcm holds the results alone, without the messages of the inputs: a third of "
                "the size where sweeps were recorded");
@@ -140,7 +141,7 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
       "--compressed-glb", [&] { arguments.glb_numbers = files::GlbNumbers::compressed; },
       "write model.glb and model_textured.glb with EXT_meshopt_compression and "
       "KHR_mesh_quantization: about a fifth of the size, positions to 0.5 mm, for programs that "
-      "read these; `marco page` and `marco export` do not");
+      "support these; `marco page` and `marco export` do not");
   hide_what_has_no_meaning(app, argc, argv);
   return process::parse_inputs<MapOptions>(app, inputs, arguments.config, argc, argv);
 }

@@ -127,14 +127,14 @@ void MapJob::check_that_lines_go_on(std::size_t first_key,
   const auto found = slam::find_session(before, session, localizer_options_);
   const std::string cure = ": map them one by one, or all without --lines";
   require(found.has_value(),
-          input.string() + ": was found nowhere in the map of the recordings before it" + cure);
+          input.string() + ": was not found in the map of the previous recordings" + cure);
   constexpr double kNearM = 1.0, kNearDeg = 20.0;
   const Pose2& believed = session[static_cast<std::size_t>(found->newest_key)].world_from_robot;
   const Pose2 off = between(believed, found->place.map_from_robot);
   require(off.translation_m().norm() < kNearM && std::abs(off.theta_rad) < deg_to_rad(kNearDeg),
           input.string() +
-              ": does not begin where the recording before it ends, and the line SLAM "
-              "looks for it nowhere else" +
+              ": does not begin where the previous recording ends, and the line SLAM does not "
+              "search elsewhere" +
               cure);
 }
 

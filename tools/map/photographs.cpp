@@ -103,7 +103,7 @@ class Chooser {
       image_t image{};
       ++counts_.recorded;
       if (image.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0) {
-        ++counts_.dropped["message that ends too early"];
+        ++counts_.dropped["truncated message"];
         continue;
       }
       waiting.push_back(std::move(image));

@@ -23,7 +23,7 @@ struct PhotographOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v("most", most, Limits{0, 10000},
-      "Largest number of pictures that texture the model. Each costs time.");
+      "Largest number of pictures for texturing the model. Each costs time.");
     v.advanced("apart_m", apart_m, kPositive,
                "A picture is skipped if another was taken within this distance (and apart_deg).");
     v.advanced("apart_deg", apart_deg, Limits{0.1, 180.0},

@@ -106,7 +106,7 @@ std::vector<PictureOrder> decode_picture_orders(std::string_view bytes) {
 void draw_elsewhere(std::vector<PictureOrder> orders, const std::string& orders_path) {
   if (orders.empty()) return;
   if (!has_sibling("marco-map-pictures")) {
-    std::fputs("no pictures: the viewer was not built (it needs EGL or OSMesa, and GL2PS)\n",
+    std::fputs("no pictures: the viewer is not built (it needs EGL or OSMesa, and GL2PS)\n",
                stderr);
     return;
   }

@@ -9,7 +9,7 @@
 int main(int argc, char** argv) {
   using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
   return process::run_main("marco-map-pictures", [&] {
-    process::CommandLine app("Draws the pictures that marco-map orders");
+    process::CommandLine app("Draws the pictures that marco-map requests");
     std::string orders;
     app.add_option("ORDERS", orders, "a file that marco-map wrote").required();
     if (const auto code = app.parse(argc, argv)) return *code;

@@ -37,7 +37,7 @@ std::optional<int> model_point_scans(const MapArguments& arguments) {
   }
   require(!arguments.check && !arguments.lines && !arguments.calibrate &&
               arguments.localize.empty() && arguments.extend.empty() && arguments.world.empty(),
-          inputs.front() + ": points of a 3D scanner become a model, without a map: ./marco model");
+          inputs.front() + ": a 3D scanner's points make a model, not a map: ./marco model");
   std::vector<std::string> words = inputs;
   words.insert(words.end(), {"--out", arguments.out});
   if (!arguments.config.empty()) words.insert(words.end(), {"--config", arguments.config});

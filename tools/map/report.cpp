@@ -222,7 +222,7 @@ void write_report(const std::filesystem::path& path,
   if (job.lines() != nullptr) {
     report["path_by"] = "lines";
     report["walls"] = job.lines()->mapper().filter().num_walls();
-    report["times_the_filter_was_too_sure"] = job.lines()->mapper().replays();
+    report["filter_restarts"] = job.lines()->mapper().replays();
   }
   for (const StageClock::Stage& stage : job.clock().stages()) {
     report["stages"].push_back(
@@ -307,7 +307,7 @@ void print_summary(const MapJob& job,
   print_counts("pictures dropped", extras.photographs.dropped);
   for (const auto& [name, value] : extras.errors) print(stdout, "%s: %.4f\n", name.c_str(), value);
   print(stdout,
-        "%.2f s (%.0f times real time), peak memory %.0f MB; the results are in %s; see them by "
+        "%.2f s (%.0f times real time), peak memory %.0f MB; the results are in %s; view them with "
         "`marco page %s`\n",
         job.clock().total_wall_s(), job.recorded_s() / std::max(1e-9, job.clock().total_wall_s()),
         StageClock::peak_memory_mb(), folder.c_str(), folder.c_str());

@@ -13,7 +13,7 @@ class ScratchFolder {
   /// @throws std::runtime_error when it cannot be made.
   ScratchFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "marco_XXXXXX").string();
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot be made");
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error(name + ": cannot be created");
     path_ = name;
   }
   ~ScratchFolder() {

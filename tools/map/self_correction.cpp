@@ -161,9 +161,9 @@ std::string doubt_of_laser(const slam::SelfCalibration& found) {
   const LaserCalibration& laser = found.calibration.laser;
   char text[256];
   std::snprintf(text, sizeof text,
-                "the laser seems to sit at %.2f %.2f m, turned by %.0f deg (sd %.1f), not as the "
-                "recording says: trajectory.tum is the path by the recording, %s by that. A longer "
-                "drive with turns, or SENSOR_INFO with the measured place settles it",
+                "the laser's mount seems to be %.2f %.2f m, turned by %.0f deg (sd %.1f), not the "
+                "recording's: trajectory.tum is the path with the recording's mount, %s with this "
+                "one. A longer drive with turns, or SENSOR_INFO with the measured mount, decides",
                 laser.x_m, laser.y_m, laser.yaw_deg, found.find("laser.yaw_deg")->sigma,
                 kPathAsFound);
   return text;
@@ -208,12 +208,12 @@ void print_correction(const SelfCorrection& correction) {
     print(stdout, "  note: %s\n", remark.c_str());
   }
   if (correction.use == SelfCorrection::Use::in_force) {
-    std::puts("  the map was made again, with these corrected");
+    std::puts("  the map was made again with these corrected");
   } else if (correction.use == SelfCorrection::Use::rejected) {
-    std::puts("  a map made with these was no better: they are not in force");
+    std::puts("  a map made with these was no better: they are not used");
   }
   if (correction.assumed_from_found_robot) {
-    print(stdout, "  %s is the path for the laser as found\n", kPathAsFound);
+    print(stdout, "  %s is the path for the mount as found\n", kPathAsFound);
   }
 }
 

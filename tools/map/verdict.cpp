@@ -92,8 +92,8 @@ std::optional<MapVerdict> judge_map(const MapJob& job) {
     // A break is mended only where both sides were seen again: what lies between may still be off.
     char text[200];
     std::snprintf(text, sizeof text,
-                  "the map contradicted itself and was mended by adding or removing %zu loop "
-                  "closures, the first between %.1f and %.1f s: look at these places",
+                  "the map contradicted itself and was repaired by adding or removing %zu loop "
+                  "closures, the first between %.1f and %.1f s: check these places",
                   mended.size(), seconds_into(job, mended.front().from),
                   seconds_into(job, mended.front().to));
     verdict.diagnosis.ask(text);
@@ -122,8 +122,9 @@ void add_verdict(json& report, const MapVerdict& verdict, const MapJob& job) {
 void mark_map(const std::filesystem::path& folder, const MapVerdict& verdict) {
   const std::filesystem::path yaml = folder / "map.yaml";
   if (!verdict.is_wrong() || !std::filesystem::exists(yaml)) return;
-  files::write_whole_file(yaml, "# verdict: wrong. Where and why: report.json and doctor_*.png\n" +
-                                    files::read_whole_file(yaml));
+  files::write_whole_file(yaml,
+                          "# verdict: wrong. Places and reasons: report.json and doctor_*.png\n" +
+                              files::read_whole_file(yaml));
 }
 
 void mark_picture(PictureOrder& map_picture, const MapVerdict& verdict) {
@@ -179,7 +180,7 @@ void print_verdict(const MapVerdict& verdict, const MapJob& job, bool with_pictu
     }
     if (reason.remedies.empty()) continue;
     print(stdout, "  %s%s\n", to_line(reason.remedies.front()).c_str(),
-          told ? "" : "   (in a file for --edits, it may mend this)");
+          told ? "" : "   (suggested fix: put it in a file for --edits)");
     told = true;
     for (std::size_t other = 1; other < reason.remedies.size(); ++other) {
       print(stdout, "  or: %s\n", to_line(reason.remedies[other]).c_str());

@@ -36,7 +36,8 @@ Errors judge_against_world(const MapJob& job,
                            const TriangleMesh& model,
                            const std::filesystem::path& world_file) {
   const TrajectoryFit fit = fit_to_truth(job.trajectory(), job.truth());
-  require(fit.count >= 2, "--world: the recording has no TRUE_POSE to lay the map on the world by");
+  require(fit.count >= 2,
+          "--world: the recording has no TRUE_POSE to align the map with the world");
   const sim::RayCaster world(
       sim::build_world(process::load_options<sim::WorldSpec>(world_file.string())));
   Errors errors;

@@ -23,7 +23,7 @@ struct CloudModelOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("refine", refine, "Align the scans in 3D. Off to leave them where their poses put them.");
+    v("refine", refine, "Align the scans in 3D. Off to keep their given poses.");
     v("registration", registration);
     v("joined_surface", joined_surface);
   }

@@ -38,7 +38,7 @@ std::vector<fs::path> list_point_files(const std::vector<std::string>& inputs) {
     const std::size_t before = all.size();
     add_files(input, all);
     require(all.size() > before,
-            input + ": no points in it (PCD, PLY, XYZ, PTS, PTX, or .3d of uos)");
+            input + ": contains no points (PCD, PLY, XYZ, PTS, PTX, or .3d of uos)");
     std::sort(all.begin() + static_cast<std::ptrdiff_t>(before), all.end());
   }
   return all;
@@ -56,8 +56,8 @@ CloudScan read_cloud_scan(const fs::path& path) {
   require(cloud.origin_m.isZero() && scan.grid.layered < kMostLayered,
           path.string() + ": these points were not seen from the origin of their frame (in " +
               share +
-              " % of the directions one lies behind another); give each scan a file of its own, in "
-              "the scanner's frame, and the scanner's pose in NAME.pose beside it");
+              " % of the directions one is behind another); put each scan into a separate file, in "
+              "the scanner's frame, with the scanner's pose in NAME.pose next to it");
   for (const Eigen::Vector3f& point_m : cloud.points_m) scan.points += point_m.allFinite() ? 1 : 0;
   scan.colors_rgb = std::move(cloud.colors_rgb);
   scan.intensities = std::move(cloud.intensities);

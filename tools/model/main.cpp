@@ -44,8 +44,8 @@ std::vector<std::string> place(std::vector<CloudScan>& scans) {
     }
     left_out.push_back(scans[i].name());
     std::fprintf(stderr,
-                 "%s: left out: it has no pose, and shares too little with the others, or fits in "
-                 "several places; write its pose into %s.pose\n",
+                 "%s: left out: it has no pose, and shares too little with the others, or matches "
+                 "in several places; write its pose into %s.pose\n",
                  scans[i].path.c_str(), scans[i].path.stem().c_str());
   }
   scans = std::move(placed);
@@ -92,17 +92,17 @@ int run(const Arguments& arguments) {
 
 std::optional<int> parse(int argc, char** argv, Arguments& arguments) {
   process::CommandLine app(
-      "Builds one surface model from 3D scans of any scanner that stood while it scanned.\n"
+      "Builds one surface model from 3D scans of any scanner that stood still.\n"
       "\n"
-      "Each SCAN is a file, or a folder of files: PCD, PLY, XYZ, PTS, PTX, or .3d of uos, with "
-      "intensities or colours where they\n"
-      "have any. Points are in the scanner's frame, x forward, y left, z up. The scanner's pose is "
+      "Each SCAN is a file, or a folder of files: PCD, PLY, XYZ, PTS, PTX, or .3d of uos, "
+      "optionally with\nintensities or colours. Points are in the scanner's frame, x forward, y "
+      "left, z up. The scanner's pose is "
       "the file's own (PCD's\n"
-      "VIEWPOINT, PTX), or stands in NAME.pose beside it: 6 numbers as 3DTK writes them, 7 (x y z "
+      "VIEWPOINT, PTX), or in NAME.pose next to it: 6 numbers as 3DTK writes them, 7 (x y z "
       "in metres, quaternion x y z w),\n"
       "or the 12 or 16 of a matrix. It may be off by 0.3 m and 3 degrees. Scans without a pose are "
-      "placed by what they share with\n"
-      "the others: about half of what they see. Scanners stood upright then.\n"
+      "registered by what they share with\n"
+      "the others: about half of what they see; the scanner must then be upright.\n"
       "\n"
       "Writes model.ply, model.glb, model.obj, model.png, planes.json, poses.txt (where each scan "
       "was taken) and report.json.");

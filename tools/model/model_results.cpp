@@ -51,13 +51,13 @@ std::string reason_of_doubt(const CloudModel& model,
   }
   if (scans.size() < 2 || joined.world_from_placed.empty()) return "";
   if (joined.status != RegistrationResult::Status::converged) {
-    return "the scans lie where their poses put them: " + to_string(joined.status);
+    return "the scans keep their given poses: " + to_string(joined.status);
   }
   const auto loose = std::count(joined.joined.begin(), joined.joined.end(), false);
   if (loose == 0) return "";
   return std::to_string(loose) + " of " + std::to_string(scans.size()) +
-         " scans share too little with the others, or contradict their poses: they lie where "
-         "their poses put them";
+         " scans share too little with the others, or contradict their poses: they keep their "
+         "given poses";
 }
 
 }  // namespace
@@ -137,7 +137,7 @@ void print_model_summary(const CloudModel& model,
               model.mesh.triangles.size(), model.joined.simplified.mesh.triangles.size());
   if (joined.overlaps > 0) {
     std::printf(
-        "%zu pairs of scans overlap; their surfaces lie %.1f mm apart (median), %.1f before\n",
+        "%zu pairs of scans overlap; their surfaces are %.1f mm apart (median), %.1f before\n",
         joined.overlaps, 1e3 * joined.after.median_m, 1e3 * joined.before.median_m);
   }
   std::printf("%.2f s, %.2f s of CPU, peak memory %.0f MB; the results are in %s\n",

@@ -39,7 +39,7 @@ void name_rooms(slam::FloorPlan& plan, const std::string& path) {
     if (!name.empty()) room.name = name;
     begin = end + 1;
   }
-  require(begin >= text.size(), path + ": holds more names than the plan has rooms (" +
+  require(begin >= text.size(), path + ": contains more names than the plan has rooms (" +
                                     std::to_string(plan.rooms.size()) + ")");
 }
 
@@ -63,13 +63,13 @@ slam::KnownPlan read_plan(const std::string& path, const slam::PlanWish& wish) {
       for (const std::string& name : names) text += (name.empty() ? " (none)" : " " + name) + ",";
       if (!names.empty()) std::printf("%s\n", text.substr(0, text.size() - 1).c_str());
     };
-    list("walls are on layers:", plan.taken);
+    list("layers with walls:", plan.taken);
     list("passed over:", plan.passed_over);
     for (const auto& [kind, count] : drawing.left_out) {
       std::printf("left out: %d x %s\n", count, kind.c_str());
     }
     const Eigen::Vector2d size = plan.high_m() - plan.low_m();
-    std::printf("the plan is %.2f x %.2f m large\n", size.x(), size.y());
+    std::printf("the plan is %.2f x %.2f m\n", size.x(), size.y());
     return plan;
   } catch (const std::invalid_argument& wrong) {
     throw std::invalid_argument(path + ": " + wrong.what());
@@ -89,7 +89,7 @@ std::optional<Pose2> place_of(const slam::SavedMap& map,
                               const std::vector<double>& start) {
   if (start.empty()) return slam::find_in_plan(sight, map.slam.keyframes.keys);
   const Trajectory path = slam::trajectory_of(map.slam.path.scans, map.slam.keyframes.keys);
-  require(!path.empty(), "the map has no path: --start means nothing");
+  require(!path.empty(), "the map has no path, so --start has no meaning");
   return Pose2{start[0], start[1], deg_to_rad(start[2])} * path.front().world_from_robot.inverse();
 }
 
@@ -97,7 +97,7 @@ int compare(const Arguments& arguments) {
   const std::filesystem::path folder = arguments.folder;
   const slam::SavedMap map = slam::load_map_folder(folder);
   std::optional<process::Progress> progress;
-  progress.emplace("looking for the map in the plan").show();
+  progress.emplace("searching the plan for the map").show();
   const slam::KnownPlan plan = read_plan(arguments.against, arguments.wish);
   const slam::PlanSight sight = slam::look_about(plan);
   const std::optional<Pose2> place = place_of(map, sight, arguments.start);
@@ -106,11 +106,11 @@ int compare(const Arguments& arguments) {
       slam::compare_with_plan(sight.faces, map.slam.keyframes.keys, place.value_or(Pose2{}));
   constexpr double kLeastAgreeing = 0.3, kLeastOfAGuess = 0.7;
   require(place || found.fit.agreeing >= kLeastOfAGuess,
-          arguments.folder + ": was found nowhere in " + arguments.against +
-              ", or in several places: give --start X Y DEG, or the right --unit or --layers");
+          arguments.folder + ": was not found in " + arguments.against +
+              ", or in several places: pass --start X Y DEG, or the right --unit or --layers");
   require(found.fit.agreeing >= kLeastAgreeing,
           "of the map's walls only " + std::to_string(static_cast<int>(100 * found.fit.agreeing)) +
-              " % lie on walls of the plan: this is another building, or another --start");
+              " % are on walls of the plan: this is another building, or a wrong --start");
   files::write_whole_file(folder / "deviations.json", slam::deviations_json(found, plan));
   files::write_whole_file(folder / "deviations.svg", slam::deviations_svg(found, plan));
   std::fputs(slam::deviation_table(found).c_str(), stdout);
@@ -153,39 +153,39 @@ int main(int argc, char** argv) {
     marco::process::CommandLine app(
         "Makes the floor plan of a map: walls, doors, rooms with areas and dimensions, to scale.\n"
         "Writes plan.pdf, plan.svg, plan.dxf and plan.json into the map folder.\n"
-        "With a plan that somebody drew: where the building is not as drawn (--against), or a map "
-        "to localize in (--import).");
+        "With a drawn plan: the building's deviations from it (--against), or a map to localize in "
+        "(--import).");
     marco::Arguments arguments;
     app.add_option("OUT", arguments.folder,
                    "a folder that `marco map` wrote; with --import, the one to write")
         .required();
     app.add_option("--scale", arguments.sheet.scale,
-                   "100 for 1:100; without it the largest usual one that fits")
+                   "100 for 1:100; default: the largest standard scale that fits")
         .between(1, 10000);
     app.add_option("--paper", arguments.sheet.paper,
-                   "A4, A3, A2, A1 or A0; without it the smallest that fits");
+                   "A4, A3, A2, A1 or A0; default: the smallest that fits");
     app.add_option("--title", arguments.sheet.title, "for the title block");
     app.add_option("--names", arguments.names,
-                   "a text file with the rooms' names, one a line: Room 1 first")
+                   "a text file with the rooms' names, one per line: Room 1 first")
         .existing_file();
     auto against = app.add_option(
         "--against", arguments.against,
-        "a plan (DXF or SVG): writes deviations.json and deviations.svg, which say how far each "
-        "wall is off the plan, what is missing and what is not drawn");
+        "a plan (DXF or SVG): writes deviations.json and deviations.svg with each wall's deviation "
+        "from the plan, missing walls and walls that are not drawn");
     against.existing_file();
     app.add_option("--import", arguments.import,
                    "a plan (DXF or SVG): OUT becomes a map for `marco map LOG --localize OUT`")
         .excludes(against)
         .existing_file();
     app.add_option("--layers", arguments.wish.layers,
-                   "layers of the plan that hold walls, separated by commas; without it by their "
+                   "layers of the plan with walls, separated by commas; default: chosen by their "
                    "names");
-    app.add_option("--unit", arguments.wish.unit,
-                   "what a unit of the plan is: mm, cm, m, in, ft, metres as a number, or 1:100; "
-                   "without it what the file says");
+    app.add_option(
+        "--unit", arguments.wish.unit,
+        "unit of the plan: mm, cm, m, in, ft, metres as a number, or 1:100; default: the file's");
     app.add_option("--start", arguments.start,
-                   "where in the plan the drive began: x and y in metres, heading in degrees; "
-                   "without it the place is searched in the whole plan")
+                   "pose in the plan where the drive began: x and y in metres, heading in degrees; "
+                   "without it the whole plan is searched")
         .values(3)
         .needs(against);
     if (const auto code = app.parse(argc, argv)) return *code;

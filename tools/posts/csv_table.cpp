@@ -26,7 +26,7 @@ std::string unpack(const std::filesystem::path& path) {
   int count = 0;
   while ((count = gzread(file.get(), bytes.data(), bytes.size())) > 0) {
     text.append(bytes.data(), static_cast<std::size_t>(count));
-    require(text.size() <= kMostBytes, path.string() + ": unpacks to more than 1 GB");
+    require(text.size() <= kMostBytes, path.string() + ": decompresses to more than 1 GB");
   }
   int fault = Z_OK;
   gzerror(file.get(), &fault);
@@ -76,7 +76,7 @@ CsvTable read_csv(const std::filesystem::path& path) {
     if (row.empty()) continue;
     require(row.size() == table.columns.size(),
             path.string() + ":" + std::to_string(number) + ": has " + std::to_string(row.size()) +
-                " fields, the head " + std::to_string(table.columns.size()));
+                " fields, the header " + std::to_string(table.columns.size()));
     table.rows.push_back(std::move(row));
   }
   return table;

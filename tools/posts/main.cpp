@@ -40,8 +40,8 @@ slam::BearingConvention convention_of(const PostsOptions& options, const PostsIn
     const auto found = slam::find_bearing_convention(input.drive, options.landmarks);
     if (found) return *found;
     std::fprintf(stderr,
-                 "the drive does not show how bearings are counted: counter-clockwise from "
-                 "straight ahead is assumed\n");
+                 "the drive does not show how bearings are counted: assuming counter-clockwise "
+                 "from straight ahead\n");
     return {};
   }
   const std::map<std::string, double> zeros{{"ahead", 0.0},
@@ -125,10 +125,10 @@ int map_posts(const Arguments& arguments, const PostsOptions& options) {
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-posts", [&] {
     marco::process::CommandLine app(
-        "Maps posts, trees and other points that a sensor sees by range and bearing, and the path "
-        "among them, from wheel speeds and sightings that do not say which is which. FOLDER holds "
-        "drive.csv, sightings.csv (or posts.csv, trees.csv), and where there are scans.csv, "
-        "truth.csv or gps.csv, plain or .gz: docs/posts.md.");
+        "Maps posts, trees and other landmarks, and the path among them, from wheel speeds and "
+        "sightings (range and bearing) without landmark ids. FOLDER contains drive.csv, "
+        "sightings.csv (or posts.csv, trees.csv), and optionally scans.csv, truth.csv or gps.csv, "
+        "plain or .gz: docs/posts.md.");
     marco::Arguments arguments;
     marco::process::ConfigArguments config;
     app.add_option("FOLDER", arguments.folder).existing_folder();

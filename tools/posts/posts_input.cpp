@@ -17,7 +17,7 @@ CsvTable table_of(const std::filesystem::path& folder, const std::vector<std::st
   }
   std::string wanted;
   for (const std::string& name : names) wanted += (wanted.empty() ? "" : " or ") + name + ".csv";
-  throw std::invalid_argument(folder.string() + ": holds no " + wanted + ", plain or .gz");
+  throw std::invalid_argument(folder.string() + ": contains no " + wanted + ", plain or .gz");
 }
 
 Utime time_of(const std::vector<double>& row, std::size_t column) {
@@ -29,7 +29,7 @@ std::vector<slam::WheelVelocity> wheels_of(const CsvTable& table, const CarOptio
   const auto steering = table.find("steering_rad");
   const std::size_t turn = steering ? *steering : table.index_of("turn_rate_radps");
   require(!steering || car.wheelbase_m > 0.0,
-          table.path.string() + ": tells a steering angle; give car.wheelbase_m in the config");
+          table.path.string() + ": has a steering angle; give car.wheelbase_m in the config");
   std::vector<slam::WheelVelocity> wheels;
   for (const auto& row : table.rows) {
     slam::WheelVelocity sample{time_of(row, time), row[speed], row[turn]};
@@ -91,7 +91,7 @@ PostsInput read_posts_folder(const std::filesystem::path& folder, const CarOptio
   input.drive.wheels = wheels_of(table_of(folder, {"drive"}), car);
   input.drive.scans = scans_of(folder);
   require(!input.drive.wheels.empty(), folder.string() + ": its drive is empty");
-  require(!input.drive.scans.empty(), folder.string() + ": holds no scans");
+  require(!input.drive.scans.empty(), folder.string() + ": contains no scans");
   read_truth(folder, input);
   std::stable_sort(input.truth.begin(), input.truth.end(),
                    [](const auto& a, const auto& b) { return a.utime < b.utime; });

@@ -19,9 +19,9 @@ struct CarOptions {
   template <class Visitor>
   void visit(Visitor& v) {
     v("wheelbase_m", wheelbase_m, kNotNegative,
-      "From the rear axle to the front one. Needed where drive.csv tells a steering angle.");
+      "From the rear axle to the front one. Needed if drive.csv has a steering angle.");
     v("speed_wheel_left_m", speed_wheel_left_m,
-      "The wheel whose speed is told, to the left of the rear axle's middle. 0 = the middle.");
+      "The wheel whose speed is recorded, to the left of the rear axle's middle. 0 = the middle.");
   }
 };
 

@@ -43,8 +43,8 @@ std::string quoted(const std::string& name) {
 int main(int argc, char** argv) {
   return process::run_main("marco-inputs", [&] {
     process::CommandLine app(
-        "The channels of an LCM log that Marco's programs listen to, other systems' sensors among "
-        "them, as one regular expression: what `marco replay` plays");
+        "Prints the channels of an LCM log that `marco replay` plays, as one regular expression: "
+        "the inputs of Marco's programs, including other systems' sensors");
     std::string log, foreign;
     app.add_option("LOG", log).required().existing_file();
     app.add_option("--foreign", foreign,
@@ -55,7 +55,7 @@ int main(int argc, char** argv) {
     for (const auto& name : inputs_of(log, process::load_options<ForeignTable>(foreign))) {
       regexp += (regexp.empty() ? "" : "|") + quoted(name);
     }
-    require(!regexp.empty(), log + ": holds no channel that Marco's programs listen to");
+    require(!regexp.empty(), log + ": contains no input channel of Marco's programs");
     std::printf("^(%s)$\n", regexp.c_str());
     return 0;
   });

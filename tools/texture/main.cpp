@@ -95,7 +95,7 @@ int main(int argc, char** argv) {
     marco::Arguments arguments;
     app.add_option("MODEL", arguments.model, "PLY").required().existing_file();
     app.add_option("PHOTOGRAPHS", arguments.list, "TOML").required().existing_file();
-    app.add_option("--out", arguments.out, "GLB; the atlas is written beside it").shows_default();
+    app.add_option("--out", arguments.out, "GLB; the atlas is written next to it").shows_default();
     app.add_flag("--as-it-is", arguments.as_it_is, "texture the model without simplifying it");
     app.add_flag(
         "--compressed-glb", [&] { arguments.glb_numbers = marco::files::GlbNumbers::compressed; },

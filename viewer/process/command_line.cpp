@@ -56,7 +56,7 @@ void add_options(process::CommandLine& app, Arguments& arguments) {
       .one_of({"room", "thesis"})
       .shows_default();
   app.add_flag("--ortho", arguments.orthographic, "orthographic projection");
-  app.add_option("--cut", request.cut_height_m, "leave out everything above this height [m]");
+  app.add_option("--cut", request.cut_height_m, "cut off everything above this height [m]");
   app.add_option("--walls", request.wall_height_m, "height of a map's walls [m]");
   app.add_option("--detail", request.look.detail_px,
                  "largest error of simplified surfaces [px], to draw faster; 0: every triangle")
@@ -116,7 +116,7 @@ Inputs read_and_tell(const Arguments& arguments, const FileReaders& readers) {
 
 int run_walk(int argc, const char* const* argv, const FileReaders& readers) {
   process::CommandLine app(
-      "Walks through a model as the robot would, and draws what it sees after each step. Letters "
+      "Walks through a model like the robot, and draws its view after each step. Letters "
       "on "
       "stdin drive it: a r ahead and back, i d turn left and right, each by a unit; e E tilt, g G "
       "pan.",

@@ -39,9 +39,9 @@ class InputReader {
     }
     require(used_ > before,
             path + (inputs_.skipped.empty()
-                        ? ": holds no model.ply, map.yaml or trajectory.tum; was it written by "
+                        ? ": contains no model.ply, map.yaml or trajectory.tum; was it written by "
                           "`map`?"
-                        : ": nothing in it can be drawn; " + inputs_.skipped.back()));
+                        : ": contains nothing to draw; " + inputs_.skipped.back()));
   }
 
   Inputs take() { return std::move(inputs_); }
@@ -89,7 +89,7 @@ class InputReader {
       const Rgb color = palette::kSeries[scene.meshes.size() % palette::kSeries.size()];
       scene.meshes.push_back({std::make_shared<const TriangleMesh>(std::move(mesh)), color});
     } else if (extension == ".yaml") {
-      require(!scene.grid, file.string() + ": a second map; one picture shows one map");
+      require(!scene.grid, file.string() + ": a second map; a picture shows one map");
       scene.grid = readers_.grid(file.string());
     } else if (extension == ".tum") {
       Trajectory poses = readers_.trajectory(file.string());

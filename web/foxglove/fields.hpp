@@ -77,7 +77,7 @@ inline std::set<std::string> texts_of(const Json& list) {
 /// The `op` of a text, and the text. @throws std::invalid_argument where there is none.
 inline std::pair<std::string, Json> operation_of(std::string_view text) {
   Json object = parse_shallow(text);
-  if (!object.is_object()) throw std::invalid_argument("a text that is no JSON object");
+  if (!object.is_object()) throw std::invalid_argument("a text that is not a JSON object");
   std::string op = text_of(object, "op");
   if (op.empty()) throw std::invalid_argument("a text without an op");
   return {std::move(op), std::move(object)};

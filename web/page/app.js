@@ -89,14 +89,14 @@ listenKeys({
 const mapTools = {
   go() {
     if (narrow.matches && panel.open) panel.toggle();
-    useTool("go", (say) => pointTool(say, "Click where the robot shall go", (x, y) => {
+    useTool("go", (say) => pointTool(say, "Click the robot's goal", (x, y) => {
       useTool("go");
       robot.goTo(x, y);
     }));
   },
   pose(chosen) {
     if (narrow.matches && panel.open) panel.toggle();
-    useTool("pose", (say) => poseTool(say, "Press where the robot stands and drag to where it looks", (x, y, theta) => {
+    useTool("pose", (say) => poseTool(say, "Press at the robot's position and drag in its heading", (x, y, theta) => {
       useTool("pose");
       chosen(x, y, theta);
     }));
@@ -114,7 +114,7 @@ async function setView(view) {
   await space.activate(view !== "map");
 }
 
-const empty = el("p", { class: "empty", hidden: true }, "Nothing to draw yet: it begins with the first scan. Health says what is missing.");
+const empty = el("p", { class: "empty", hidden: true }, "Nothing to draw yet: the map begins with the first scan. Health lists what is missing.");
 byId("plan").append(empty);
 
 mapView.onView = () => {

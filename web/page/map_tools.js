@@ -32,7 +32,7 @@ export function measureTool(say) {
     const end = points[1] ?? pointer;
     return points.length > 0 && end ? Math.hypot(end[0] - points[0][0], end[1] - points[0][1]) : null;
   };
-  const tell = () => say(points.length === 0 ? "Click where to begin" : points.length === 1 && !pointer ? "Click the other end" : metres(length()));
+  const tell = () => say(points.length === 0 ? "Click the start point" : points.length === 1 && !pointer ? "Click the end point" : metres(length()));
   tell();
   return {
     click(x, y) {
@@ -83,7 +83,7 @@ export function poseTool(say, text, chosen) {
       if (what === "cancel") from = to = null;
       if (what !== "end" || from === null) return;
       const heading = Math.hypot(x - from[0], y - from[1]) > 0.05 ? Math.atan2(y - from[1], x - from[0]) : null;
-      if (heading === null) say("Drag in the direction that the robot looks");
+      if (heading === null) say("Drag in the robot's heading");
       else chosen(from[0], from[1], heading);
       from = to = null;
     },

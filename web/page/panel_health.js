@@ -15,11 +15,11 @@ export function makeHealthPanel(world, panelMark) {
         figure("Latency", health.latency_ms === null || health.latency_ms === undefined ? "not known" : `${health.latency_ms.toFixed(0)} ms`),
         figure("Watching", `${health.clients} browser${health.clients === 1 ? "" : "s"}`),
         health.refused > 0 ? figure("Refused", String(health.refused)) : null,
-        health.dropped > 0 ? figure("Left out for slow browsers", String(health.dropped)) : null),
+        health.dropped > 0 ? figure("Dropped for slow browsers", String(health.dropped)) : null),
       el("h2", {}, "Programs"), programs(health.programs ?? []),
       el("h2", {}, "Channels"), channels(health.channels ?? []));
   });
-  content.append(el("p", { class: "hint" }, "Nothing heard yet."));
+  content.append(el("p", { class: "hint" }, "No data yet."));
   return content;
 }
 
@@ -33,14 +33,14 @@ function figure(name, value) {
 }
 
 function findings(list) {
-  if (list.length === 0) return el("p", { class: "verdict good" }, "Nothing is missing");
+  if (list.length === 0) return el("p", { class: "verdict good" }, "No problems");
   return el("ul", { class: "findings" }, list.map((finding) => el("li", { class: finding.severity },
     el("p", {}, finding.text), finding.remedy ? el("p", { class: "remedy" }, finding.remedy) : null)));
 }
 
 function programs(list) {
   const sorted = [...list].sort((a, b) => (kOrder[a.state] ?? 3) - (kOrder[b.state] ?? 3) || a.name.localeCompare(b.name));
-  if (sorted.length === 0) return el("p", { class: "hint" }, "No program tells of itself.");
+  if (sorted.length === 0) return el("p", { class: "hint" }, "No program reports its status.");
   return el("ul", { class: "programs" }, sorted.map((program) => el("li", {},
     el("span", { class: `dot ${program.state}`, role: "img", "aria-label": program.state }),
     el("div", {}, el("strong", {}, program.name),

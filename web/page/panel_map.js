@@ -50,7 +50,7 @@ function showVerdict(root, snapshot, mapView) {
     return el("li", { class: reason.word ?? "" },
       el("span", { class: "number" }, String(i + 1)),
       el("div", {}, el("p", {}, reason.text),
-        reason.remedy ? el("p", { class: "remedy" }, "These lines in a file for --edits may mend it, the first one first:", el("code", {}, reason.remedy)) : null, look));
+        reason.remedy ? el("p", { class: "remedy" }, "Suggested fixes, the likeliest first; put the lines in a file for --edits:", el("code", {}, reason.remedy)) : null, look));
   });
   replaceChildren(root, el("p", { class: `verdict ${found.word}` }, kWords[found.word] ?? found.word), reasons.length > 0 ? el("ol", { class: "reasons" }, reasons) : null);
 }

@@ -19,7 +19,7 @@ export function makeProgramsPanel(world, robot) {
       groups.get(command.group).push(command);
     }
     if (commands.length === 0) {
-      return replaceChildren(list, el("p", { class: "hint" }, "No procman tells of commands. Programs that were started by hand are under Health."));
+      return replaceChildren(list, el("p", { class: "hint" }, "No procman reports commands. Health shows programs started without procman."));
     }
     replaceChildren(list, [...groups].map(([group, members]) => [group ? el("h2", {}, group) : null, el("ul", { class: "programs" }, members.map(row))]));
   }

@@ -35,5 +35,5 @@ export async function showPicture(file) {
   const content = el("div", {}, "Loading…"), close = ({ target }) => target.closest("#halt") ?? dialog.close();
   const dialog = el("dialog", { class: "picture", onclick: close }, content, el("button", { type: "button", class: "quiet" }, "Close"));
   showDialog(dialog);
-  content.replaceChildren(await loadPicture(file).catch(() => "This picture cannot be read."));
+  content.replaceChildren(await loadPicture(file).catch(() => "Cannot read this picture."));
 }

@@ -105,7 +105,7 @@ export class Robot {
   refusesToDrive() {
     const { steering_s } = this.late, now = performance.now();
     if (steering_s < kRefusedS) return false;
-    if (now - (this.refusedAt ?? -Infinity) > 3000) toast(`Not driven: what you see is ${steering_s.toFixed(0)} s old.`, "error");
+    if (now - (this.refusedAt ?? -Infinity) > 3000) toast(`Not driven: the picture is ${steering_s.toFixed(0)} s old.`, "error");
     this.refusedAt = now;
     return true;
   }

@@ -44,7 +44,7 @@ class Space {
       await (this.beginning ??= this.begin());
       this.ask("activate", this.active);
       await this.loadModel();
-      this.message.textContent = "There is no 3D model yet. It grows where a laser is tilted or panned.";
+      this.message.textContent = "There is no 3D model yet. It grows while a laser is tilted or panned.";
     } catch (fault) {
       this.message.textContent = fault.message;
     }
@@ -54,7 +54,7 @@ class Space {
   async begin() {
     this.ask = await beginScene(this.canvas, {
       drawn: (view) => this.drawn(view),
-      measured: (length_m) => this.say?.(length_m === null ? "Click the other end" : metres(length_m)),
+      measured: (length_m) => this.say?.(length_m === null ? "Click the end point" : metres(length_m)),
       picked: showPicture,
       failed: (text) => { this.message.textContent = text; },
     });
@@ -143,7 +143,7 @@ class Space {
     if (on) {
       this.ask("walkFrom", world.robot ?? placeOnPath(world.path, target) ?? { ...target, theta: eye.yaw });
       this.showWalking(true);
-      toast("WASD or arrows walk, a drag looks around, a click on the floor goes there");
+      toast("WASD or arrows walk, a drag looks around, a click on the floor moves there");
     } else {
       this.cut.value = "80";
       this.ask("setCut", null);

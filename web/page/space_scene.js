@@ -12,7 +12,7 @@ export class SpaceScene {
     try {
       this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
     } catch {
-      throw new Error("This browser offers no WebGL here, which 3D needs: its settings or the graphics driver may forbid it.");
+      throw new Error("3D needs WebGL, which this browser does not offer: its settings or the graphics driver may disable it.");
     }
     this.told = told;
     this.surface = new Surface();

@@ -5,7 +5,7 @@ let scene = null;
 const told = Object.fromEntries(["drawn", "measured", "picked"].map((what) => [what, (...values) => postMessage([what, ...values])]));
 
 async function begin(canvas, three) {
-  await import(three).catch(() => { throw new Error("3D needs three.js, which is not there (Debian: apt install libjs-three)"); });
+  await import(three).catch(() => { throw new Error("3D needs three.js, which is not installed (Debian: apt install libjs-three)"); });
   scene = new SpaceScene(canvas, told);
   postMessage(["begun"]);
 }

@@ -29,7 +29,7 @@ export function makeStatus(bar, banner, halt, world, late, showHealth) {
   }
   function showBanner() {
     banner.hidden = world.connection === "open";
-    banner.textContent = world.connection === "lost" ? "Connection lost. What you see is old. Connecting again…" : "Connecting…";
+    banner.textContent = world.connection === "lost" ? "Connection lost. The picture is old. Reconnecting…" : "Connecting…";
     banner.className = world.connection;
   }
   for (const what of ["info", "connection", "health", "guard"]) world.on(what, showBar);

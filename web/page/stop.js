@@ -47,7 +47,7 @@ export class Stop {
       if (until !== this.until) return;  // pressed again
       this.until = 0;
       this.say("");
-      toast(ok ? "Stop was sent" : text, ok ? "done" : "error");
+      toast(ok ? "Stop sent" : text, ok ? "done" : "error");
     } catch {
       if (until === this.until) this.goOn();
     }
@@ -55,7 +55,7 @@ export class Stop {
 
   goOn() {
     if (!this.waits) return this.say("Stop did NOT reach the robot. Press again, or use the robot's own switch.");
-    this.say("The robot cannot be reached. Stop is sent as soon as it can…");
+    this.say("The robot is unreachable. Stop will be sent as soon as possible…");
     this.robot.socket.hurry();
     this.again = setTimeout(() => this.send(), kAgainMs);
   }

@@ -6,7 +6,7 @@ export function loadThree() {
   loading ??= new Promise((resolve, reject) => {
     if (window.THREE) return resolve();
     const script = document.createElement("script"), carried = document.getElementById("three");
-    const missing = () => reject(new Error("3D needs three.js, which is not there (Debian: apt install libjs-three)"));
+    const missing = () => reject(new Error("3D needs three.js, which is not installed (Debian: apt install libjs-three)"));
     if (carried) {
       script.textContent = carried.textContent.replaceAll("<\\/", "</").replaceAll("<\\!--", "<!--");
       document.head.append(script);

@@ -26,7 +26,7 @@ int run(const std::string& folder, std::string html) {
 int main(int argc, char** argv) {
   return marco::process::run_main("marco-export", [&] {
     marco::process::CommandLine app(
-        "Writes a map folder as one HTML file to look at, to measure in and to send: floor plan, "
+        "Writes a map folder as one HTML file to view, measure and send: floor plan, "
         "path, loops, verdict, 3D model and photographs.",
         "marco-export");
     std::string folder, html;

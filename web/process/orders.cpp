@@ -28,7 +28,7 @@ constexpr double kGoalHoldsS = 0.45, kGoalEndsS = 1.0;
 constexpr int64_t kPingEveryUs = 150'000, kStopAgainUs = 50'000;
 constexpr auto kGoalEveryUs = static_cast<int64_t>(1e6 * teleop::GoalDrive::kSendEveryS);
 constexpr const char* kReadOnly =
-    "only watching: the address with its token, or a page of this host, may give orders";
+    "only watching: to give orders, open the address with its token, or a page on this host";
 constexpr const char* kRecording = "a recording takes no orders";
 
 Utime wall_now() { return Utime::from_us(process::wall_clock_us()); }
@@ -65,7 +65,7 @@ Orders::Orders(Hub& hub,
       slam_(source,
             [this](const Hub::Call& call, const slam::SlamAnswers& answers) {
               answer(call, answers.are_good(),
-                     answers.is_empty() ? "SLAM did not answer within 10 s: does it run?"
+                     answers.is_empty() ? "SLAM did not answer within 10 s: is it running?"
                                         : answers.text(),
                      answers.path());
             }),
@@ -126,8 +126,8 @@ void Orders::add_services() {
   serve("go", schema(kNumbers),
         [this](const Hub::Call& call, std::string_view json) { return go(call, json); });
   serve("end_goal", schema(""), [this](const Hub::Call&, std::string_view) {
-    end_goal("asked for in the browser");
-    return "the drive is ended";
+    end_goal("ordered in the browser");
+    return "the drive has ended";
   });
   serve_anybody("stop", schema(R"("engaged":{"type":"boolean"})"),
                 [this](const Hub::Call& call, std::string_view json) { return stop(call, json); });
@@ -179,7 +179,7 @@ Eigen::Vector2d Orders::in_robot(const FramedPose& place, Utime now) const {
 void Orders::step_goal(int64_t now_us) {
   if (!goal_) return;
   const double silence_s = hub_.silence_s(goal_->client);
-  if (silence_s > kGoalEndsS) return end_goal("its browser is gone or silent");
+  if (silence_s > kGoalEndsS) return end_goal("its browser disconnected or fell silent");
   if (now_us - goal_->pinged_us > kPingEveryUs) {
     goal_->pinged_us = now_us;
     hub_.ping(goal_->client);
@@ -271,12 +271,12 @@ void Orders::take_published(const Hub::Published& message) {
     if (message.topic == "/cmd_vel") {
       const Velocity velocity = parse_twist(message.json);
       steering_.drive(message.client, velocity, wall_now());
-      if (goal_ && !velocity.is_rest()) drop_goal("somebody drives by hand");
+      if (goal_ && !velocity.is_rest()) drop_goal("somebody is driving manually");
     } else if (message.topic == "/goal_pose") {
       begin_goal(message.client, parse_pose(message.json));
     } else if (message.topic == "/initialpose") {
       const FramedPose pose = parse_pose(message.json);
-      require(pose.frame == "map", "a first pose stands in the map");
+      require(pose.frame == "map", "a first pose is given in the map");
       slam_command_t command{};
       command.command = slam_command_t::SET_POSE;
       command.x_m = pose.pose.x_m;

@@ -55,8 +55,9 @@ void Page::step(Utime now) {
   health_.step([this] {
     std::vector<HealthFinding> failed;
     for (const auto& [command, text] : procman_.troubles()) {
-      failed.push_back({true, command + " ended: " + text,
-                        "Its last lines of output say why. Start it again when that is mended."});
+      failed.push_back(
+          {true, command + " ended: " + text,
+           "Its last lines of output show the reason. Restart it when that is fixed."});
     }
     return failed;
   });

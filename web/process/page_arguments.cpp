@@ -22,24 +22,24 @@ std::string host_name() {
 void add_page_arguments(process::CommandLine& app, PageArguments& arguments) {
   process::add_common_arguments(app, arguments.common);
   app.add_option("SHOWN", arguments.shown,
-                 "a map folder or a recording; without: what is live on LCM");
-  app.add_option("--listen", arguments.listen,
-                 "ADDRESS[:PORT] to listen on, default 127.0.0.1:8765; others than this host need "
-                 "a token to steer");
-  app.add_option("--token-file", arguments.token_file,
-                 "who gives the token in this file may steer; made with a new one where it is not "
-                 "there; default: none on this host, else one in your folder for states");
+                 "a map folder or a recording; default: live data on LCM");
+  app.add_option(
+      "--listen", arguments.listen,
+      "ADDRESS[:PORT] to listen on, default 127.0.0.1:8765; other hosts need a token to steer");
+  app.add_option(
+      "--token-file", arguments.token_file,
+      "clients with the token in this file may steer; the file is created if it does not exist; "
+      "default: none for this host alone, otherwise one in your state folder");
   app.add_option("--token", arguments.given_token, "refused: others would see it")
       .check([](const std::string&) {
-        return "a token in a command line is seen by others; write it into a file of mode 600, and "
-               "name that by --token-file FILE";
+        return "others can see a token in a command line; write it into a file of mode 600, and "
+               "pass that with --token-file FILE";
       });
-  app.add_flag(
-      "--address", arguments.wants_address,
-      "print the addresses of the pages of yours that run here, with their tokens, and end");
-  app.add_option("--origin", arguments.origins,
-                 "another site whose pages may use this server, e.g. https://app.foxglove.dev; "
-                 "again for more");
+  app.add_flag("--address", arguments.wants_address,
+               "print the addresses of your pages running here, with their tokens, and exit");
+  app.add_option(
+      "--origin", arguments.origins,
+      "another site whose pages may use this server, e.g. https://app.foxglove.dev; repeatable");
   auto certificate =
       app.add_option("--certificate", arguments.certificate, "PEM file: https instead of http")
           .existing_file();
@@ -47,7 +47,7 @@ void add_page_arguments(process::CommandLine& app, PageArguments& arguments) {
                  .existing_file()
                  .needs(certificate);
   certificate.needs(key);
-  app.add_option("--speed", arguments.speed, "of a recording; 1 = as it was recorded")
+  app.add_option("--speed", arguments.speed, "of a recording; 1 = real time")
       .between(0.01, 1000.0)
       .shows_default();
 }

@@ -71,7 +71,7 @@ struct Served {
     try {
       entry = std::make_unique<web::PageEntry>(web::RunningPage{server->url(), token_file});
     } catch (const std::runtime_error& failure) {  // it is served all the same
-      spdlog::warn("{}: --address will not know this page", failure.what());
+      spdlog::warn("{}: --address will not list this page", failure.what());
     }
     const bool is_safe = web::is_seen_by_user_only();
     for (const auto& address : web::addresses_of(server->url(), is_safe ? token : "")) {
@@ -79,14 +79,15 @@ struct Served {
     }
     if (!token.empty() && !is_safe) {
       std::printf(
-          "who opens it watches; to steer: marco page --address, on this host, as this user\n");
+          "clients that open it can watch; to steer: marco page --address, on this host, as this "
+          "user\n");
     }
     std::fflush(stdout);
   }
 
   std::string state() const {
     return std::to_string(hub.clients()) + " clients; " + std::to_string(hub.dropped()) +
-           " messages left out, for which there was no room";
+           " messages dropped for lack of space";
   }
 
   web::ServerOptions options;
@@ -154,8 +155,8 @@ int show_folder(const web::PageArguments& arguments) {
 int main(int argc, char** argv) {
   return process::run_main("marco-page", [&] {
     process::CommandLine app(
-        "Serves a page for the browser: the map as it grows, the robot, its programs, and what "
-        "steers them; a map folder or a recording as well. Foxglove's app connects to the same "
+        "Serves a page for the browser: the growing map, the robot, its programs and controls; "
+        "also a map folder or a recording. Foxglove's app connects to the same "
         "address (ws://127.0.0.1:8765).");
     web::PageArguments arguments;
     web::add_page_arguments(app, arguments);

@@ -84,7 +84,7 @@ void RobotChannels::take_model(const process::RawMessage& raw) {
   if (!message) throw std::invalid_argument("undecodable");
   const mesh_t& tile = *message;
   std::string json = scenes_.json("model", foxglove::stamp_json(tile.utime), kMapFrame, tile);
-  if (json.empty()) throw std::invalid_argument("mesh_t: a triangle names no vertex");
+  if (json.empty()) throw std::invalid_argument("mesh_t: a triangle names a missing vertex");
   constexpr std::size_t kMostTiles = 4096;
   if (tile.revision != model_revision_) {
     model_revision_ = tile.revision;

@@ -131,7 +131,7 @@ bool is_seen_by_user_only() {
 int print_addresses() {
   const std::vector<RunningPage> pages = running_pages();
   if (pages.empty()) {
-    std::fputs("no page of this user runs on this host\n", stderr);
+    std::fputs("no page of this user is running on this host\n", stderr);
     return process::kExitFailed;
   }
   const bool is_safe = is_seen_by_user_only();
@@ -143,7 +143,7 @@ int print_addresses() {
       if (is_safe && has_token) std::fputs(qr_code(address).c_str(), stdout);
     }
     if (has_token && !is_safe) {
-      std::fprintf(stderr, "its token is shown on a terminal only; it is in %s\n",
+      std::fprintf(stderr, "its token is printed on a terminal only; it is in %s\n",
                    page.token_file.c_str());
     }
   }

@@ -31,7 +31,7 @@ slam_command_t command_of(std::string_view json) {
   const Json request = parsed(json);
   const std::string word = text_of(request, "command");
   const auto known = commands().find(word);
-  require(known != commands().end(), "SLAM knows no order '" + word.substr(0, 40) + "'");
+  require(known != commands().end(), "SLAM has no order '" + word.substr(0, 40) + "'");
   slam_command_t command{};
   command.command = known->second;
   command.folder = text_of(request, "folder");
@@ -72,7 +72,7 @@ slam_command_t SlamCalls::send(slam_command_t command) {
 void SlamCalls::order(const Hub::Call& call, std::string_view json) {
   const slam_command_t command = command_of(json);
   constexpr std::size_t kMostWaiting = 100;
-  require(waiting_.size() < kMostWaiting, "too many orders to SLAM wait for their answers");
+  require(waiting_.size() < kMostWaiting, "too many orders to SLAM are waiting for their answers");
   const slam_command_t sent = send(command);
   const int64_t now_us = procman::monotonic_us();
   slam::SlamAnswers answers(sent);

@@ -26,7 +26,8 @@ void make(const fs::path& file) {
   const std::string part = file.string() + "." + std::to_string(getpid()) + ".part";
   unlink(part.c_str());
   const Descriptor out(open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
-  if (!out.is_open()) procman::throw_errno("the token's file " + file.string() + " cannot be made");
+  if (!out.is_open())
+    procman::throw_errno("the token's file " + file.string() + " cannot be created");
   const std::string line = new_token() + "\n";
   const bool is_written = write(out.get(), line.data(), line.size()) == ssize_t(line.size()) &&
                           fsync(out.get()) == 0 &&
@@ -34,7 +35,7 @@ void make(const fs::path& file) {
   const int failure = errno;
   unlink(part.c_str());
   errno = failure;
-  if (!is_written) procman::throw_errno("the token's file " + file.string() + " cannot be made");
+  if (!is_written) procman::throw_errno("the token's file " + file.string() + " cannot be created");
 }
 
 void require_own(const fs::path& file, const Descriptor& in) {
@@ -73,11 +74,11 @@ fs::path page_folder() {
   fs::create_directories(folder.parent_path(), error);
   struct stat status = {};
   if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) {
-    procman::throw_errno("the folder " + folder.string() + " cannot be made");
+    procman::throw_errno("the folder " + folder.string() + " cannot be created");
   }
   const bool is_own =
       lstat(folder.c_str(), &status) == 0 && S_ISDIR(status.st_mode) && status.st_uid == geteuid();
-  if (!is_own) throw std::runtime_error(folder.string() + " is no folder of this user");
+  if (!is_own) throw std::runtime_error(folder.string() + " is not a folder of this user");
   chmod(folder.c_str(), 0700);
   return folder;
 }

@@ -16,7 +16,7 @@ class Bundler {
 
   void add(const std::string& name) {
     if (done_.count(name) != 0) return;
-    require(open_.insert(name).second, name + ": modules import each other in a ring");
+    require(open_.insert(name).second, name + ": modules import each other in a cycle");
     const auto text = text_of_(name);
     require(text.has_value(), name + ": no such module");
     std::string body, exported;
@@ -44,7 +44,7 @@ class Bundler {
       return line.substr(std::string_view("export ").size());
     }
     require(!line.starts_with("import") && !line.starts_with("export"),
-            name + ": cannot be joined: " + line);
+            name + ": cannot be bundled: " + line);
     return line;
   }
 

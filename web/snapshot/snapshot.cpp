@@ -157,11 +157,11 @@ json drawn_json(const fs::path& folder) {
 
 std::string snapshot_json(const std::filesystem::path& folder) {
   require(!fs::is_regular_file(folder),
-          folder.string() + ": a file; give the map folder that holds it");
+          folder.string() + ": a file; give the map folder that contains it");
   require(fs::is_directory(folder), folder.string() + ": no such folder");
-  require(
-      fs::exists(folder / "map.yaml"),
-      folder.string() + ": holds no map.yaml; was it written by `marco map` or `marco slam save`?");
+  require(fs::exists(folder / "map.yaml"),
+          folder.string() +
+              ": contains no map.yaml; was it written by `marco map` or `marco slam save`?");
   const GridMap map = files::read_map(files::inside_folder(folder, "map.yaml"));
   json drawn;
   try {

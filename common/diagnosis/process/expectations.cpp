@@ -6,7 +6,7 @@
 namespace marco::diagnosis {
 namespace {
 
-constexpr const char* kRunSlam = "SLAM sends it: start marco-slam, or see what it says.";
+constexpr const char* kRunSlam = "SLAM publishes it: start marco-slam, or read its output.";
 
 bool is_laser_on_pantilt(const process::RawMessage& raw) {
   sensor_info_t info;
@@ -24,7 +24,7 @@ Expectation expect(Awaited what) {
         .pattern = channels::kOdometry,
         .types = {"marco.odometry_t"},
         .meaning = "odometry",
-        .remedy = "A base's driver sends it (marco-base, marco-p2os).",
+        .remedy = "A base driver publishes it (marco-base, marco-p2os).",
         .without = "The map is made from scans alone, which fails in long corridors"}},
       {Awaited::slam_poses,
        {.what = "SLAM's poses",
@@ -37,7 +37,7 @@ Expectation expect(Awaited what) {
         .channels = channels::kPanTiltState,
         .pattern = channels::kPanTiltState,
         .types = {"marco.pantilt_state_t"},
-        .remedy = "The pan-tilt's driver sends them (marco-pantilt, marco-p2os)."}},
+        .remedy = "The pan-tilt's driver publishes them (marco-pantilt, marco-p2os)."}},
       {Awaited::laser_on_pantilt,
        {.what = "a laser on a pan-tilt",
         .channels = "SENSOR_INFO with mount PANTILT",

@@ -24,8 +24,7 @@ std::string short_number(double value) {
 std::string type_text(uint64_t fingerprint) {
   if (fingerprint == 0) return "no LCM type";
   const std::string name = type_name(fingerprint);
-  return name.empty() ? "a type Marco does not know, fingerprint " +
-                            lcm_schema::fingerprint_text(fingerprint)
+  return name.empty() ? "an unknown type, fingerprint " + lcm_schema::fingerprint_text(fingerprint)
                       : name;
 }
 
@@ -54,7 +53,7 @@ std::string unused_text(const Lack& lack) {
                      short_number(lack.hz) + " Hz, but all are dropped: " + lack.cause + ".";
   if (lack.cause.starts_with("no SENSOR_INFO")) {
     text +=
-        " SENSOR_INFO holds the pose of the sensor; its driver must send it once a second, as "
+        " SENSOR_INFO gives the pose of the sensor; its driver must send it once a second, as "
         "Marco's drivers do.";
   }
   return text;
@@ -86,7 +85,8 @@ std::string lack_text(const Lack& lack) {
              " Do their hosts use the same time server?";
     case Lack::Kind::two_poses:
       return "SENSOR_INFO alternates between two poses of " + lack.channel + ": " + lack.cause +
-             " (mount: position, quaternion). Two drivers run, or two robots share this bus.";
+             " (mount: position, quaternion). Probably two drivers are running, or two robots "
+             "share this bus.";
   }
   return {};
 }
@@ -117,8 +117,8 @@ std::string bus_text(const BusSurvey& survey) {
       [](const auto& one) { return one.stamp_age_s && std::abs(*one.stamp_age_s) > kOtherClockS; });
   if (off != survey.channels.end()) {
     text += "; stamps on " + off->name + " are " + span_text(*off->stamp_age_s) +
-            (*off->stamp_age_s > 0 ? " old (a replayed log, or a clock that is off)"
-                                   : " in the future (a clock that is off)");
+            (*off->stamp_age_s > 0 ? " old (a replayed log, or a wrong clock)"
+                                   : " in the future (a wrong clock)");
   }
   return text + ".";
 }

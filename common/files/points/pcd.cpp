@@ -69,7 +69,7 @@ void read_pcd_text(const std::string& content,
                    const PcdHeader& header,
                    PointCollector& points) {
   require(header.points <= (content.size() - header.bytes + 1) / (2 * header.columns),
-          name + ": its header declares more points than the file holds");
+          name + ": its header declares more points than the file contains");
   const PcdParts parts = pcd_parts_of(header, name);
   if (header.points == 0) return;
   reserve_for(header, parts, points);
@@ -98,7 +98,7 @@ void read_pcd_bytes(std::string_view bytes,
                     const PcdHeader& header,
                     PointCollector& points) {
   require(header.points <= bytes.size() / header.point_bytes,
-          name + ": its header declares more points than the file holds");
+          name + ": its header declares more points than the file contains");
   const PcdParts parts = pcd_parts_of(header, name);
   reserve_for(header, parts, points);
   const bool by_field = header.data == PcdHeader::Data::compressed;
@@ -118,10 +118,10 @@ std::string unpack_points(std::string_view body, const PcdHeader& header, const 
   require(body.size() >= 8, name + ": ends before its compressed points");
   const auto packed = static_cast<std::size_t>(load(body.data(), Scalar::uint32));
   const auto unpacked_bytes = static_cast<std::size_t>(load(body.data() + 4, Scalar::uint32));
-  require(packed <= body.size() - 8, name + ": ends within its compressed points");
+  require(packed <= body.size() - 8, name + ": ends inside its compressed points");
   require(header.points <= unpacked_bytes / header.point_bytes &&
               unpacked_bytes == header.points * header.point_bytes,
-          name + ": its header declares other points than are compressed");
+          name + ": its header does not agree with its compressed points");
   return unpack_lzf(body.substr(8, packed), unpacked_bytes, name);
 }
 
@@ -156,7 +156,7 @@ std::string pcd_header_of(const PointCloud& cloud, bool is_far) {
 
 PointCloud read_pcd(const std::string& content, const std::string& name) {
   const PcdHeader header = read_pcd_header(content, name);
-  require(header.point_bytes > 0, name + ": its points have no numbers");
+  require(header.point_bytes > 0, name + ": its points have no coordinates");
   const std::string_view body = std::string_view(content).substr(header.bytes);
   const bool is_packed = header.data == PcdHeader::Data::compressed;
   const std::string points_of_packed = is_packed ? unpack_points(body, header, name) : "";

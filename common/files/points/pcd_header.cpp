@@ -18,14 +18,14 @@ std::size_t read_keywords(const std::string& content, const std::string& name, L
   std::size_t at = 0;
   while (!lines.contains("DATA")) {
     const std::size_t end = content.find('\n', at);
-    require(end != std::string::npos, name + ": no PCD: its header has no DATA");
+    require(end != std::string::npos, name + ": not a PCD file: its header has no DATA");
     TextFields words(std::string_view(content).substr(at, end - at));
     at = end + 1;
     const std::string key(words.next());
     if (key.empty() || key.front() == '#') continue;
     std::vector<std::string>& values = lines[key == "COLUMNS" ? "FIELDS" : key];
     for (auto word = words.next(); !word.empty(); word = words.next()) values.emplace_back(word);
-    require(values.size() < kMostWords, name + ": no PCD: a line of its header has no end");
+    require(values.size() < kMostWords, name + ": not a PCD file: a line of its header has no end");
   }
   return at;
 }
@@ -43,7 +43,7 @@ class PcdLines {
   Number number(std::string_view key, std::size_t i) const {
     const auto& all = words(key);
     const auto value = i < all.size() ? TextFields(all[i]).number<Number>() : std::nullopt;
-    require(value.has_value(), *name_ + ": its " + std::string(key) + " is no number");
+    require(value.has_value(), *name_ + ": its " + std::string(key) + " is not a number");
     return *value;
   }
 
@@ -95,7 +95,7 @@ void read_pcd_counts(const PcdLines& lines, const std::string& name, PcdHeader& 
   const std::size_t height =
       lines.words("HEIGHT").empty() ? 1 : lines.number<std::size_t>("HEIGHT", 0);
   require(height == 0 || width <= std::numeric_limits<std::size_t>::max() / height,
-          name + ": its header declares more points than the file holds");
+          name + ": its header declares more points than the file contains");
   header.points = width * height;
   if (!lines.words("POINTS").empty()) {
     require(lines.number<std::size_t>("POINTS", 0) == header.points,

@@ -107,12 +107,12 @@ void require_whole(PointFormat format, const PointCloud& cloud) {
   const std::size_t points = cloud.points_m.size();
   require((cloud.intensities.empty() || cloud.intensities.size() == points) &&
               (cloud.colors_rgb.empty() || cloud.colors_rgb.size() == points),
-          "write_points: expected one intensity and colour a point, or none");
+          "write_points: expected one intensity and colour per point, or none");
   require(cloud.rows == 0 || points % cloud.rows == 0, "write_points: " + std::to_string(points) +
                                                            " points are not " +
                                                            std::to_string(cloud.rows) + " rows");
   require(format != PointFormat::ptx || cloud.rows > 0,
-          "write_points: a PTX file holds rows of points, and these are in no order");
+          "write_points: a PTX file needs rows of points, but these are unorganized");
 }
 
 }  // namespace
@@ -125,7 +125,7 @@ std::optional<PointFormat> point_format_of(const std::filesystem::path& path) {
 PointCloud read_points(const std::filesystem::path& path) {
   const std::string content = read_whole_file(path);
   const auto format = format_of(content, path);
-  require(format.has_value(), path.string() + ": no file of points (PCD, PLY, XYZ, PTS, PTX, uos)");
+  require(format.has_value(), path.string() + ": not a point file (PCD, PLY, XYZ, PTS, PTX, uos)");
   PointCloud cloud = read_as(*format, content, path.string());
   if (!cloud.world_from_scanner) cloud.world_from_scanner = read_scan_pose(pose_path_of(path));
   return cloud;

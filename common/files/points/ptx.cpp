@@ -13,7 +13,7 @@ struct PtxHeader {
 };
 
 void read_ptx_line(TextRows& rows, std::span<double> numbers) {
-  if (!rows.next()) rows.fail("ends within its header");
+  if (!rows.next()) rows.fail("ends inside its header");
   if (rows.numbers(numbers) < numbers.size()) {
     rows.fail("expected " + std::to_string(numbers.size()) + " numbers of a PTX header");
   }
@@ -24,7 +24,7 @@ std::size_t read_ptx_count(TextRows& rows) {
   read_ptx_line(rows, {&count, 1});
   if (!(count >= 0.0 && count <= static_cast<double>(rows.bytes_left()) &&
         count == std::floor(count))) {
-    rows.fail("declares more points than the file holds");
+    rows.fail("declares more points than the file contains");
   }
   return static_cast<std::size_t>(count);
 }
@@ -47,7 +47,7 @@ PtxHeader read_ptx_header(TextRows& rows, const std::string& name) {
   if (!matrix.isIdentity(0.0)) header.world_from_scanner = rigid_pose(matrix, name);
   const std::size_t most = (rows.bytes_left() + 1) / kShortestLine;
   if (header.columns > 0 && header.rows > most / header.columns) {
-    rows.fail("declares more points than the file holds");
+    rows.fail("declares more points than the file contains");
   }
   return header;
 }

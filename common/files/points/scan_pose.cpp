@@ -52,7 +52,7 @@ Pose3 quaternion_pose(const Eigen::Vector3d& position_m,
                       const Eigen::Vector4d& wxyz,
                       const std::string& name) {
   require(position_m.allFinite() && std::abs(wxyz.norm() - 1.0) < kRoundingOfFiles,
-          name + ": its pose is no position and rotation");
+          name + ": its pose is not a position and rotation");
   Pose3 pose = Pose3::Identity();
   pose.linear() =
       Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).normalized().toRotationMatrix();
@@ -65,7 +65,7 @@ Pose3 rigid_pose(const Eigen::Matrix4d& matrix, const std::string& name) {
   const bool is_rigid =
       matrix.allFinite() && matrix.row(3).isApprox(Eigen::RowVector4d(0, 0, 0, 1), 1e-9) &&
       (linear * linear.transpose()).isIdentity(kRoundingOfFiles) && linear.determinant() > 0.0;
-  require(is_rigid, name + ": the matrix of its pose is no rotation and translation");
+  require(is_rigid, name + ": the matrix of its pose is not a rotation and translation");
   const Eigen::Quaterniond turned(linear);
   return quaternion_pose(matrix.topRightCorner<3, 1>(),
                          {turned.w(), turned.x(), turned.y(), turned.z()}, name);

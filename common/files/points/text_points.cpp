@@ -23,7 +23,7 @@ std::size_t point_count(const TextRows& rows) {
       rows.numbers(numbers) == 1 && numbers[0] >= 0.0 && numbers[0] == std::floor(numbers[0]);
   if (!is_count) rows.fail("expected a number of points");
   if (numbers[0] > static_cast<double>((rows.bytes_left() + 1) / kShortestLine)) {
-    rows.fail("declares more points than the file holds");
+    rows.fail("declares more points than the file contains");
   }
   return static_cast<std::size_t>(numbers[0]);
 }

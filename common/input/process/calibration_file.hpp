@@ -25,7 +25,7 @@ inline process::Option add_calibration_argument(process::CommandLine& app, std::
   return app
       .add_option("--calibration", path,
                   "calibration.toml of an earlier `marco calibrate`: corrects odometry, gyroscope "
-                  "and the sensors' places")
+                  "and the sensors' mounts")
       .existing_file();
 }
 

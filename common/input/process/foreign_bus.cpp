@@ -109,8 +109,9 @@ void ForeignBus::use(const Key& key, Foreign& channel) {
   if (!say_) return;
   const bool is_laser = channel.entry->meaning == "lidar";
   say_(key.first + " (" + key.second + ") is another system's " + channel.entry->meaning +
-       (is_laser ? ": used, at the turning centre, looking ahead (--calibration says otherwise)"
-                 : ": used"));
+       (is_laser
+            ? ": used, mounted at the turning centre, looking ahead (override with --calibration)"
+            : ": used"));
 }
 
 void ForeignBus::announce(const LaserScan& scan, const ForeignChannel& entry, Utime now) {

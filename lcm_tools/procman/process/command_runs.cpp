@@ -113,9 +113,9 @@ void CommandRuns::on_keeper_lost(const std::string& id, const Run& run) {
     for (const pid_t pid : descendants_of(run.last.pid)) kill(pid, SIGKILL);
     kill(run.last.pid, SIGKILL);
   }
-  perform(TellSheriffs{id, run.is_started
-                               ? "its keeper is gone; the command was killed"
-                               : "could not be started: the deputy's own messages say why"});
+  perform(TellSheriffs{
+      id, run.is_started ? "its keeper died; the command was killed"
+                         : "could not be started: the deputy's own messages give the reason"});
   state_.on_ended(id, run.is_started ? kLostKeeperExit : kSpawnFailedExit, monotonic_us());
 }
 

@@ -38,7 +38,7 @@ std::optional<std::string> environment_variable(const std::string& name) {
   const ExecLine line = parse_exec_line(exec, environment_variable);
   for (const auto& [name, value] : line.assignments) setenv(name.c_str(), value.c_str(), 1);
   if (line.arguments.empty()) {
-    dprintf(STDERR_FILENO, "nothing to run in: %s\n", exec.c_str());
+    dprintf(STDERR_FILENO, "no command in: %s\n", exec.c_str());
     _exit(kExecFailed);
   }
   std::vector<char*> arguments;

@@ -24,7 +24,7 @@ KeeperMessage DeputyLine::await_run() const {
   const ssize_t size = recv(deputy_.get(), bytes.data(), bytes.size(), 0);
   bytes.resize(static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
   const auto message = decode_keeper_message(bytes);
-  if (!message || message->kind != "run") throw std::runtime_error("expected what to run");
+  if (!message || message->kind != "run") throw std::runtime_error("expected a command line");
   return *message;
 }
 

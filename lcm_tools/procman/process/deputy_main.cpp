@@ -64,13 +64,13 @@ void describe(process::CommandLine& app, Arguments& arguments) {
                "obey every sheriff: anyone who can send to this LCM network can then run any "
                "program as you");
   app.add_option("--runtime-folder", arguments.runtime_folder,
-                 "for sockets by which a restarted deputy finds running commands")
+                 "for the sockets that let a restarted deputy find running commands")
       .shows_default();
   app.add_option("--output-folder", arguments.output_folder,
                  "for a file per command with all its output")
       .shows_default();
   app.add_option("--output-bytes", options.runs.max_file_bytes,
-                 "a longer output file becomes COMMAND.log.1, replacing the one before")
+                 "a longer output file becomes COMMAND.log.1, replacing the previous one")
       .positive()
       .shows_default();
   app.add_option("--output-rate", options.runs.output_bytes_per_s, "bytes/s of PM_OUTPUT, at most")
@@ -96,8 +96,8 @@ void find_own_programs(procman::DeputyProcessOptions& options) {
 int main(int argc, char** argv) {
   return process::run_main("marco-procman-deputy", [&] {
     process::CommandLine app(
-        "Runs and watches commands for procman sheriffs. By default only what its own --script "
-        "files contain, and no command is stopped because a sheriff leaves it out.");
+        "Runs and watches commands for procman sheriffs. By default it runs only commands from its "
+        "own --script files, and stops none because a sheriff leaves it out.");
     Arguments arguments;
     describe(app, arguments);
     if (const auto code = app.parse(argc, argv)) return *code;
@@ -112,7 +112,7 @@ int main(int argc, char** argv) {
     process::start_logging("marco-procman-deputy", arguments.verbose ? "debug" : "info");
     if (!arguments.accept_any && options.state.allowed_execs->empty()) {
       std::fputs(
-          "marco-procman-deputy: will start nothing: it has no --script with commands, and "
+          "marco-procman-deputy: starts nothing: it has no --script with commands, and "
           "no --accept-any-orders\n",
           stderr);
     }

@@ -60,7 +60,7 @@ void DeputyProcess::subscribe() {
 int DeputyProcess::run() {
   find_rival();
   if (rivals_.exit_code != 0) {
-    spdlog::error("there is a deputy '{}' on this network already", options_.state.deputy_id);
+    spdlog::error("there already is a deputy '{}' on this network", options_.state.deputy_id);
     return rivals_.exit_code;
   }
   lock_ = lock_runtime_folder(options_.runs.runtime_folder);

@@ -30,8 +30,8 @@ DeputyWatch::DeputyWatch(process::Bus& bus, int64_t now_us) : began_us_(now_us) 
   bus.subscribe_raw("PMD_INFO2?", [this](const process::RawMessage& raw) {
     const std::string host = host_of(raw);
     if (host.empty() || older_.size() >= kMostOlder || !older_.insert(host).second) return;
-    events_.push_back("deputy " + host + " speaks libbot2's protocol (" + std::string(raw.channel) +
-                      "), which is not ours: only bot-procman-sheriff can order it. Start there: "
+    events_.push_back("deputy " + host + " uses libbot2's protocol (" + std::string(raw.channel) +
+                      "), not ours: only bot-procman-sheriff can control it. Start there: "
                       "marco-procman-deputy -i " +
                       host + " --script FILE");
   });
@@ -51,8 +51,8 @@ void DeputyWatch::look_for_missing(const SheriffState& sheriff) {
   for (const auto& [id, command] : sheriff.commands()) {
     if (sheriff.deputies().contains(command.deputy)) continue;
     if (!missing_.insert(command.deputy).second) continue;
-    std::string event = "deputy " + command.deputy + " was not heard for 3 s (" +
-                        (heard.empty() ? "nor was any other" : "heard: " + heard) +
+    std::string event = "deputy " + command.deputy + " was silent for 3 s (" +
+                        (heard.empty() ? "as was every other" : "heard: " + heard) +
                         "). Start it on its host: marco-procman-deputy -i " + command.deputy +
                         " --script FILE";
     if (command.deputy == kLoneDeputyId) event += "; or give this sheriff one with -l";
@@ -66,7 +66,7 @@ void DeputyWatch::look_for_silent(int64_t now_us, const SheriffState& sheriff) {
     if (is_silent && silent_.insert(id).second) {
       events_.push_back("deputy " + id + " has been silent for 5 s; its commands keep running");
     } else if (!is_silent && silent_.erase(id) > 0) {
-      events_.push_back("deputy " + id + " is heard again");
+      events_.push_back("deputy " + id + " is back");
     }
   }
 }

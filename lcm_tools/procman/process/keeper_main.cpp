@@ -21,9 +21,8 @@ int main(int argc, char** argv) {
   }
   const bool wants_help = asked == "--help" || asked == "-h";
   if (argc != 3) {
-    std::fputs(
-        "marco-procman-keeper is started by marco-procman-deputy, for each command that it runs\n",
-        wants_help ? stdout : stderr);
+    std::fputs("marco-procman-deputy starts marco-procman-keeper, for each command that it runs\n",
+               wants_help ? stdout : stderr);
     return wants_help ? marco::process::kExitDone : marco::process::kExitUsage;
   }
   try {

@@ -96,11 +96,11 @@ std::string LoneDeputy::keep_alive(int64_t now_us) {
     delay_us_ = was_healthy ? 0 : std::clamp<int64_t>(2 * delay_us_, 500'000, kLongestDelayUs);
     start_again_us_ = now_us + delay_us_;
     return kName + " has ended: " + describe_exit(raw_status_) +
-           "; its commands keep running, and it is started again" + messages_are_in();
+           "; its commands keep running, and it restarts" + messages_are_in();
   }
   if (now_us < start_again_us_) return "";
   start(now_us);
-  return kName + " is started again and takes over what still runs";
+  return kName + " restarts and takes over the commands that still run";
 }
 
 void LoneDeputy::ask_to_end() {

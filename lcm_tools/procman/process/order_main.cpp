@@ -43,7 +43,7 @@ class Guest {
     const int64_t end_us = monotonic_us() + kListenUs;
     while (monotonic_us() < end_us && !process::stop_requested()) bus_.handle_once(50);
     require(!state_.deputies().empty(),
-            "no procman deputy is heard. Does one run, and on this network?");
+            "no procman deputy answers. Is one running, on this network?");
   }
 
   int list() const {
@@ -82,8 +82,8 @@ class Guest {
 int main(int argc, char** argv) {
   return process::run_main("marco-procman-order", [&] {
     process::CommandLine app(
-        "Starts, stops or restarts one command of the procman that runs, beside its sheriff, and "
-        "says what became of it.");
+        "Starts, stops or restarts one command of the running procman, next to its sheriff, and "
+        "reports the result.");
     std::string lcm_url, name, action;
     process::add_lcm_url(app, lcm_url);
     app.require_subcommand();

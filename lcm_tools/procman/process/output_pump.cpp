@@ -61,9 +61,8 @@ bool OutputPump::open_next_file(const std::string& id, const std::string& file, 
     source = sources.erase(source);
   }
   if (left_out > 0) {
-    sources.push_front(
-        {Descriptor(), 0, "", 0, 0,
-         "\n[" + std::to_string(left_out) + " bytes left out: it writes too much]\n"});
+    sources.push_front({Descriptor(), 0, "", 0, 0,
+                        "\n[" + std::to_string(left_out) + " bytes left out: too much output]\n"});
   }
   sources.push_back(std::move(next));
   return true;

@@ -41,13 +41,14 @@ void ScreenContext::say(const std::string& text) {
 Screen::Screen(SheriffProcess& sheriff, const ScreenOptions& options)
     : context_{sheriff, options.is_lone, options.config_path}, output_(sheriff) {
   if (isatty(STDIN_FILENO) == 0 || isatty(STDOUT_FILENO) == 0) {
-    throw std::runtime_error("this is no terminal; without a screen: -n SCRIPT");
+    throw std::runtime_error("this is not a terminal; to run without a screen: -n SCRIPT");
   }
   std::setlocale(LC_ALL, "");
   if (MB_CUR_MAX == 1) std::setlocale(LC_CTYPE, "C.UTF-8");
   terminal_ = newterm(nullptr, stdout, stdin);
   if (terminal_ == nullptr) {
-    throw std::runtime_error("the terminal's kind (TERM) is unknown; without a screen: -n SCRIPT");
+    throw std::runtime_error(
+        "the terminal's type (TERM) is unknown; to run without a screen: -n SCRIPT");
   }
   raw();  // ^S and ^Q are keys here
   noecho();
@@ -78,7 +79,7 @@ void Screen::step() {
   }
   if (context_.sheriff.take_other_sheriff_seen()) {
     context_.sheriff.state().set_observer(true);
-    context_.say("another sheriff is at work: now only watching; o = give orders again");
+    context_.say("another sheriff is active: now only watching; o = give orders again");
   }
   if (dialog_) dialog_->on_time();
   if (keys || monotonic_us() - drawn_us_ >= kDrawPeriodUs) draw();
@@ -198,7 +199,7 @@ void Screen::open_edit_form() {
     dialog_ = form_dialog(context_, CommandForm(placed));
     return;
   }
-  context_.say(row->target + " is not in our file: it was found at its deputy");
+  context_.say(row->target + " is not in our file: its deputy reported it");
 }
 
 void Screen::remove_chosen() {
@@ -255,7 +256,7 @@ void Screen::draw_title() const {
   if (width_of(line) > COLS) {
     line = name + format("| %zu deputies, d shows them", state.deputies().size());
   }
-  if (state.deputies().empty()) line += "| no deputy was heard yet ";
+  if (state.deputies().empty()) line += "| no deputy yet ";
   attron(A_REVERSE);
   put(0, 0, printable(line), COLS);
   attroff(A_REVERSE);

@@ -43,7 +43,7 @@ class ScriptDialog : public Dialog {
       context_.sheriff.script().run(name);
     } catch (const std::invalid_argument& refused) {
       context_.sheriff.log().note(refused.what());
-      context_.say("script \"" + name + "\" cannot be run: e shows why");
+      context_.say("script \"" + name + "\" cannot be run: e shows the reason");
     }
   }
 

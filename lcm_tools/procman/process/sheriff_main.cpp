@@ -37,15 +37,15 @@ void add_arguments(process::CommandLine& app, SheriffArguments& arguments) {
   app.add_option("script_name,--script", arguments.script, "script of the file to run at once");
   app.add_flag("-n,--no-gui", arguments.no_screen, "no screen: run the script, print what happens");
   app.add_flag("-o,--observer", arguments.observer, "only watch").excludes("--no-gui");
-  app.add_flag("-l,--lone-ranger", arguments.lone, "with a deputy 'localhost' of its own inside")
+  app.add_flag("-l,--lone-ranger", arguments.lone, "with a built-in deputy 'localhost'")
       .excludes("--observer");
   app.add_option("--on-script-complete", arguments.on_script_complete,
-                 "exit or observer. Default without a screen: exit; with -l only when no command "
-                 "runs any more")
+                 "exit or observer. Default without a screen: exit; with -l only when all commands "
+                 "have ended")
       .one_of({"exit", "observer", "observe"});
   app.add_flag("--accept-any-orders", arguments.accept_any_orders,
-               "the deputy of -l also runs commands that are not in the file, such as those made "
-               "on the screen");
+               "the deputy of -l also runs commands that are not in the file, such as those "
+               "created on the screen");
   app.add_flag("--check-free", arguments.check_free,
                "only check whether -l is possible: exit 0, or 1 with the reason");
   app.add_flag("--output", arguments.show_output, "without a screen: print the commands' output");
@@ -62,11 +62,11 @@ std::string names_of_scripts(const procman::Config& config) {
 /// @returns 1 after saying why this cannot work, else 0.
 int check(const SheriffArguments& arguments, const procman::Config& config) {
   process::require_usage(!arguments.config.empty() || arguments.observer,
-                         "a procman file is needed, unless as observer (-o)");
+                         "a procman file is required, except as observer (-o)");
   process::require_usage(!arguments.observer || arguments.script.empty(),
                          "-o only watches: it runs no script");
   if (arguments.no_screen && arguments.script.empty()) {
-    throw process::UsageError("without a screen (-n) a script to run is needed" +
+    throw process::UsageError("without a screen (-n) a script is required" +
                               names_of_scripts(config));
   }
   std::vector<std::string> mistakes = procman::find_mistakes(config);
@@ -211,7 +211,7 @@ int run(const SheriffArguments& arguments) {
 int main(int argc, char** argv) {
   return process::run_main("marco-procman-sheriff", [&] {
     process::CommandLine app(
-        "Tells procman deputies what to run, by a procman file and its scripts");
+        "Orders procman deputies what to run, from a procman file and its scripts");
     SheriffArguments arguments;
     add_arguments(app, arguments);
     if (const auto code = app.parse(argc, argv)) return *code;

@@ -116,7 +116,7 @@ std::vector<std::string> SheriffProcess::unsettled() const {
   for (const auto& [id, command] : state_.commands()) {
     if (command.settled()) continue;
     waiting.push_back(command.reported ? id + ": " + status_text(command.status())
-                                       : id + ": no deputy '" + command.deputy + "' was heard");
+                                       : id + ": no deputy '" + command.deputy + "' answers");
   }
   return waiting;
 }

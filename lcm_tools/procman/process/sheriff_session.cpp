@@ -35,11 +35,11 @@ std::string find_lone_rival(SheriffProcess& sheriff) {
   sheriff.hold_orders(false);
   if (!is_heard() && !at_work) return "";
   const std::string running = sheriff.running_text();
-  return std::string("a deputy '") + kLoneDeputyId + "' is at work here already" +
+  return std::string("a deputy '") + kLoneDeputyId + "' is already active here" +
          (is_heard() ? "" : " (on another LCM network)") +
          (running.empty() ? "" : " and runs " + running) +
          ": another ./marco run, or a sheriff with -l, is open. Quit that one first; to watch it: "
-         "marco-procman-sheriff -o. One that has just been killed needs some seconds to end";
+         "marco-procman-sheriff -o. After being killed it needs some seconds to end";
 }
 
 SheriffSession::SheriffSession(SheriffProcess& sheriff, std::optional<LoneDeputyOptions> lone)
@@ -61,9 +61,9 @@ void SheriffSession::say_what_runs() const {
   const std::string running = sheriff_.running_text();
   if (running.empty()) return;
   if (lone_) {
-    say("stops what still runs: " + running + " (again ^C or SIGTERM: at once)");
+    say("stopping: " + running + " (again ^C or SIGTERM: at once)");
   } else {
-    say("leaves running under their deputies: " + running +
+    say("left running under their deputies: " + running +
         ". A new sheriff with the same file finds them; stopping a deputy stops its commands");
   }
 }
@@ -100,8 +100,8 @@ void SheriffSession::end() {
   }
   if (lone_ && !lone_->ended_well()) {
     say(std::string("deputy ") + kLoneDeputyId +
-        " died before it could stop them; these may run on: " + sheriff_.running_text() +
-        ". Start this sheriff again: it finds them");
+        " died before it could stop them; these may still run: " + sheriff_.running_text() +
+        ". Restart this sheriff: it finds them");
   }
   say_recordings();
 }

@@ -40,7 +40,7 @@ class DeputiesDialog : public Dialog {
     for (const auto& [id, deputy] : sheriff_.state().deputies()) {
       lines.push_back(printable(deputy_text(id, deputy)));
     }
-    if (lines.empty()) lines.emplace_back("no deputy was heard yet");
+    if (lines.empty()) lines.emplace_back("no deputy yet");
     return lines;
   }
 

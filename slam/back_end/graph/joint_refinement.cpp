@@ -256,7 +256,7 @@ JointRefinementResult refine_jointly(const std::vector<OrientedScan>& scans,
                                      const std::vector<PoseGraphEdge>& edges,
                                      const JointRefinementOptions& options,
                                      std::vector<Pose2>& poses) {
-  require(scans.size() == poses.size(), "refine_jointly: one pose a scan is needed");
+  require(scans.size() == poses.size(), "refine_jointly: expected one pose per scan");
   for (const OrientedScan& scan : scans) {
     require(scan.points_in_robot.allFinite(), "refine_jointly: a point is not finite");
   }

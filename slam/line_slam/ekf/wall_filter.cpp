@@ -229,7 +229,7 @@ void WallFilter::restore(const Stored& stored) {
   for (const int32_t index : stored.active) {
     const bool known = index >= 0 && static_cast<std::size_t>(index) < count;
     require(known && is_active[static_cast<std::size_t>(index)] == 0,
-            "wall_filter: stored active part names no wall, or one twice");
+            "wall_filter: stored active part names a missing wall, or one twice");
     is_active[static_cast<std::size_t>(index)] = 1;
   }
   map_.restore(stored.walls, stored.next_id);

@@ -49,7 +49,7 @@ struct WallFilterOptions {
       "Shorter walls are not added to the map. Less for small arenas.");
     v.advanced("active_radius_m", active_radius_m, kPositive,
                "Walls within this distance are corrected at once, farther ones later. More for "
-               "lasers that see far, at a cost.");
+               "long-range lasers, at a cost.");
   }
 };
 

@@ -30,9 +30,9 @@ struct LineExtractorOptions {
     v("max_gap_m", max_gap_m, Limits{1e-3, 10.0},
       "A wider gap between neighbouring points ends a wall. More for few beams or far walls.");
     v.advanced("max_grazing_gap_m", max_grazing_gap_m, Limits{1e-3, 10.0},
-               "A wider gap ends a wall that the beams graze.");
+               "A wider gap ends a wall at grazing incidence.");
     v("min_points", min_points, Limits{3, 1000},
-      "Least number of points on a wall. Less for lasers with few beams.");
+      "Minimum number of points on a wall. Less for lasers with few beams.");
     v("min_length_m", min_length_m, kPositive,
       "Shortest wall that is extracted. Less for small arenas.");
     v("max_range_m", max_range_m, kPositive,

@@ -54,7 +54,7 @@ ScanInRobot to_robot_frame(const LaserScan& scan,
   const std::size_t count = scan.size();
   require(count >= 2, "scan has fewer than two beams");
   require(scan.bearings_rad.empty() || scan.bearings_rad.size() == count,
-          "scan: bearings are not one a beam");
+          "scan: expected one bearing per beam");
   // A laser mounted upside down sweeps the other way round seen from above.
   const double handed = robot_from_sensor.linear()(2, 2) < 0.0 ? -1.0 : 1.0;
   std::vector<double> bearings_rad(count);

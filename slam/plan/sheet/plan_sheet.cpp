@@ -28,7 +28,7 @@ Extent extent_of(const FloorPlan& plan) {
       for (const Vector& at : bulge_points(edge.from, edge.to, edge.bulge)) extent.add(at);
     }
   }
-  require(!plan.rooms.empty(), "the map shows no room: nothing to draw");
+  require(!plan.rooms.empty(), "the map contains no room: nothing to draw");
   return extent;
 }
 
@@ -203,12 +203,12 @@ class Drawing {
          3);
     text(left + 4, top - 23, wish_.source, 2.5);
     text(left + 4, top - 27.5,
-         format("North is not known: up on the sheet is %.1f\u00b0 of the map's frame.",
+         format("North is unknown: up on the sheet is %.1f\u00b0 of the map's frame.",
                 90 + plan_.map_from_plan.theta_rad * 180 / std::numbers::pi),
          2.5);
     text(left + 4, top - 32,
          "Measured at the laser's height. \u00b1 is one standard deviation; the map's scale is "
-         "taken as good to 0.1 %.",
+         "assumed good to 0.1 %.",
          2.2);
     scale_bar(right - 4, top - 12);
     legend(right - 4, top - 17.5);

@@ -32,7 +32,7 @@ SheetLayout choose_layout(const SheetWish& wish, const Vector& size_m) {
     for (const Paper& paper : kPapers) {
       if (wish.paper == paper.name) papers.push_back(paper);
     }
-    require(!papers.empty(), "paper '" + wish.paper + "' is not known: A4, A3, A2, A1 or A0");
+    require(!papers.empty(), "paper '" + wish.paper + "' is unknown: A4, A3, A2, A1 or A0");
   }
   std::vector<int> scales{wish.scale};
   if (wish.scale == 0) {
@@ -47,7 +47,7 @@ SheetLayout choose_layout(const SheetWish& wish, const Vector& size_m) {
       }
     }
   }
-  std::string advice = "no scale of ours fits";
+  std::string advice = "no standard scale fits";
   for (const int scale : kScales) {
     if (fits({papers.back(), false, scale}, size_m) || fits({papers.back(), true, scale}, size_m)) {
       advice = "1:" + std::to_string(scale) + " fits";

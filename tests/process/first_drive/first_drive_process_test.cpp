@@ -207,7 +207,7 @@ class FirstDriveProcess : public ::testing::TestWithParam<Base> {
     BaseCommand ahead;
     ahead.kind = BaseCommand::Kind::velocity;
     ahead.velocity_m_per_s = 0.2;
-    const std::string question = "Is that the one";
+    const std::string question = "Is that the right number";
     EXPECT_TRUE(wait([&] {
       order(ahead);
       wait([] { return false; }, 0.1);
@@ -272,7 +272,7 @@ TEST_P(FirstDriveProcess, GoesThroughAllStepsAndReports) {
   if (GetParam().has_bumpers) {
     sees("Waiting");
     push_until_bumped();
-    answer("Is that the one", 'y');
+    answer("Is that the right number", 'y');
   }
   answer("Is that right to 2 cm? [y/n/s]", 'y');
   ASSERT_TRUE(sees("your hand [y/n/s]"));
@@ -342,7 +342,7 @@ TEST_P(FirstDriveProcess, StopsTheRobotHoweverItEnds) {
   EXPECT_EQ(programs_.back()->wait(kPatienceS), 0) << "it did not leave the motors off";
   EXPECT_EQ(ends(), 1);
   EXPECT_TRUE(wait([this] { return rests(); }, 10.0)) << "it still turns";
-  EXPECT_THAT(report(), HasSubstr("nothing is heard from the base any more"));
+  EXPECT_THAT(report(), HasSubstr("the base no longer answers"));
 }
 
 }  // namespace

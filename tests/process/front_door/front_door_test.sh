@@ -161,7 +161,7 @@ rm -rf "$clone/build"
 touch "$clone/build"
 door evaluate a b
 expect_code 1 "a folder that cannot be written"
-expect_in "$err" "which you may not write" "a folder that cannot be written"
+expect_in "$err" "no permission to write" "a folder that cannot be written"
 rm "$clone/build"
 mkdir -p "$folder/given"
 printf '#!/bin/bash\necho given "$@"\n' >"$folder/given/marco-map"

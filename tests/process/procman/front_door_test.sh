@@ -59,7 +59,7 @@ echo 'single commands obey orders from outside'
 
 touch "$MARCO_RUN/slam.checkpoint"  # now it is the live run's
 (run_script "$folder/robot.procman" drive) >"$folder/second.log" 2>&1 </dev/null && fail 'a second run was let in'
-grep -q "a deputy 'localhost' is at work here already and runs base" "$folder/second.log" || fail 'the second run does not say why'
+grep -q "a deputy 'localhost' is already active here and runs base" "$folder/second.log" || fail 'the second run does not say why'
 [ -e "$MARCO_RUN/slam.checkpoint" ] || fail 'the second run deleted the checkpoint of the live one'
 kill -0 "$base" 2>/dev/null && [ "$(cat "$folder/base.pid")" = "$base" ] || fail 'the first run was disturbed'
 echo 'a second run touched nothing'
@@ -67,7 +67,7 @@ echo 'a second run touched nothing'
 kill -TERM "$first"
 wait "$first" || fail 'the first run ended with an error'
 kill -0 "$base" 2>/dev/null && fail 'a command outlived the run'
-grep -q 'stops what still runs: base' "$folder/first.log" || fail 'what still ran was not said'
+grep -q 'stopping: base' "$folder/first.log" || fail 'what still ran was not said'
 grep -q "recorded: $MARCO_RUN/recordings/now/live.lcm.00" "$folder/first.log" || fail 'where the recording lies was not said'
 echo 'SIGTERM stopped all, and said what and where'
 

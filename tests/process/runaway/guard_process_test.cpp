@@ -28,7 +28,7 @@ TEST(GuardProcesses, ALaserThatDiesStopsTheRobotUntilItIsForgotten) {
   small.drive(3.0);
   EXPECT_LT(small.gap_m(), before_m - 0.1);
   EXPECT_LT(small.fastest_m_per_s, 0.25);
-  EXPECT_THAT(small.words, HasSubstr("at most 0.2 m/s: no laser or sonar is heard"));
+  EXPECT_THAT(small.words, HasSubstr("at most 0.2 m/s: no laser or sonar data"));
 }
 
 TEST(GuardProcesses, ALaserWithoutAHeight) {

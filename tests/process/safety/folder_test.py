@@ -66,7 +66,7 @@ class Strangers(unittest.TestCase):
                     said = result.stdout + result.stderr
                     # A picture is made of what can be drawn; what cannot is said.
                     self.assertEqual(result.returncode, 0 if program == "marco-viewer" else 1, (program, name, how, said))
-                    self.assertIn(b"is no file" if how == "pipe" else b"leads out of its folder", said, (program, name))
+                    self.assertIn(b"is not a file" if how == "pipe" else b"points outside its folder", said, (program, name))
                     self.assertNotIn(SECRET, said)
 
     def test_that_are_links_of_their_users_are_read(self):

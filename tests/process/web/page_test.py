@@ -43,7 +43,7 @@ class Files(WithPage):
 
     def test_a_name_of_another_is_refused(self):
         self.assertEqual(http_get(8765, "/", host="evil.org")[0], 421)
-        self.assert_counted("a host name that is not ours")
+        self.assert_counted("unknown host name")
 
     def test_kept_connections_answer_again(self):
         with socket.create_connection(("127.0.0.1", 8765), timeout=5) as link:
@@ -163,7 +163,7 @@ class Attacks(WithPage):
                 link.recv(1000)
             except ConnectionError:
                 pass
-        self.assert_counted("what is no request")
+        self.assert_counted("malformed request")
 
     def test_a_thousand_connections(self):
         reader = Client(8765)
@@ -196,7 +196,7 @@ class Attacks(WithPage):
             pass
         self.assertTrue(client.wait(lambda: client.is_closed, 5))
         self.assert_serves()
-        self.assert_counted("a client that sends too much")
+        self.assert_counted("client sends too much")
 
 
 class Steers(WithPage):

@@ -79,7 +79,7 @@ TEST(ByteArchive, ALengthIsNotBelievedBeyondTheBytesThatAreLeft) {
   bytes[0] = 4;  // of 3 parts, 36 bytes, 10 more behind them
   ByteReader reader(bytes);
   Whole read;
-  EXPECT_EQ(complaint([&] { archive(reader, read); }), "is cut short");
+  EXPECT_EQ(complaint([&] { archive(reader, read); }), "is truncated");
   EXPECT_TRUE(read.parts.empty());
 }
 

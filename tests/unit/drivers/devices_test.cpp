@@ -272,15 +272,15 @@ TEST(Devices, StrangersAreNamedAndLetAlone) {
     Stranger arduino({baud, 0.5, "Temperature: 23.4 C\r\n", false, ""});
     const PortReport report = look_at(arduino);
     EXPECT_EQ(describe(report), "/dev/ttyUSB0: bytes arrive at " + std::to_string(baud) +
-                                    " that look like text: 'Temperature: 23.4 C'. A base of your "
-                                    "own? docs/text_base.md says what Marco understands");
+                                    " that look like text: 'Temperature: 23.4 C'. Your own base? "
+                                    "docs/text_base.md describes the protocol");
     EXPECT_TRUE(arduino.heard().empty());
   }
   Stranger prompt(
       {115'200, 2.0, "\r\nDebian GNU/Linux 12 robot ttyS0\r\n\r\nrobot login: ", true, ""});
   const PortReport waits = look_at(prompt);
   EXPECT_EQ(describe(waits),
-            "/dev/ttyUSB0: a terminal at 115200 that waits for a person: 'robot login: '");
+            "/dev/ttyUSB0: a terminal at 115200 that waits for input: 'robot login: '");
   EXPECT_TRUE(prompt.heard().empty());
 }
 
@@ -296,7 +296,7 @@ TEST(Devices, ATerminalIsNotAskedTwice) {
 
 TEST(Devices, ASilentPortIsSilent) {
   Stranger silent({});
-  EXPECT_THAT(describe(look_at(silent)), ::testing::HasSubstr("answers none of Marco's questions"));
+  EXPECT_THAT(describe(look_at(silent)), ::testing::HasSubstr("answers none of Marco's queries"));
   EXPECT_FALSE(silent.heard().empty());
   Stranger unasked({});
   EXPECT_THAT(describe(look_at(unasked, false)),

@@ -240,11 +240,11 @@ void expect_refused(const std::string& path, const std::string& why) {
 TEST(OpenStream, TakesNobodysTerminal) {
   const SomebodysTerminal terminal;
   ASSERT_NE(terminal.name, "");
-  expect_refused(terminal.name, "a terminal that somebody works in");
+  expect_refused(terminal.name, "a user's terminal");
   const std::string link = link_name("_by_hand");
   std::filesystem::remove(link);
   std::filesystem::create_symlink(terminal.name, link);
-  expect_refused(link, "a terminal that somebody works in");
+  expect_refused(link, "a user's terminal");
   std::filesystem::remove(link);
   terminal.expect_untouched();
 }

@@ -118,8 +118,8 @@ TEST(Carmen, DamagedLinesAreCountedWithTheirPlaceAndTheRestIsUsed) {
       "FLASER 3 1 2 3 0 0 0 nan 0 0 3.0 h 1\n"     // no place
       "FLASER 3 1 2 3 0 0 0 0 0 0 4.0 h 1\n");
   EXPECT_EQ(recorded.scans.size(), 2U);
-  EXPECT_EQ(recorded.report.dropped.at("laser line that cannot be read"), 3);
-  EXPECT_EQ(recorded.report.places.at("laser line that cannot be read"), "line 1");
+  EXPECT_EQ(recorded.report.dropped.at("unreadable laser line"), 3);
+  EXPECT_EQ(recorded.report.places.at("unreadable laser line"), "line 1");
   EXPECT_EQ(recorded.report.dropped.at("scan of fewer than 2 beams"), 1);
 }
 
@@ -147,9 +147,10 @@ std::string scans_every(double step_s, int count) {
 
 TEST(Carmen, StampsThatAreNoTimesAreNotedWithTheirCount) {
   const auto notes = [](double step_s) { return read(scans_every(step_s, 20)).report.notes; };
-  EXPECT_THAT(notes(0.0), Contains("19 of 20 scans have the stamp of the one before: their stamps "
-                                   "are no times of measurement"));
-  EXPECT_THAT(notes(3.15e7), Contains("19 of 20 scans are an hour and more from the one before: "
+  EXPECT_THAT(notes(0.0),
+              Contains("19 of 20 scans have the stamp of the previous one: their stamps "
+                       "are no times of measurement"));
+  EXPECT_THAT(notes(3.15e7), Contains("19 of 20 scans are an hour or more from the previous one: "
                                       "their stamps are no times of measurement"));
   EXPECT_THAT(notes(-4000.0), Contains(HasSubstr("19 of 20 scans are an hour and more")));
   EXPECT_THAT(notes(1.0), Not(Contains(HasSubstr("no times"))));

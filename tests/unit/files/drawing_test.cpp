@@ -134,7 +134,7 @@ TEST(ReadDrawing, SaysWhatAFileIs) {
   EXPECT_THAT(complaint([] { read_drawing("AC1027\x01"); }), HasSubstr("DWG"));
   EXPECT_THAT(complaint([] { read_drawing("%PDF-1.4"); }), HasSubstr("PDF"));
   EXPECT_THAT(complaint([] { read_drawing("AutoCAD Binary DXF\r\n"); }), HasSubstr("binary"));
-  EXPECT_THAT(complaint([] { read_drawing("hello"); }), HasSubstr("line 1 is no group code"));
+  EXPECT_THAT(complaint([] { read_drawing("hello"); }), HasSubstr("line 1 is not a group code"));
   EXPECT_THAT(complaint([] { read_drawing(entities("0 LINE 10 abc")); }), HasSubstr("no number"));
   EXPECT_THAT(complaint([] { read_drawing(entities("0 LINE 10 1e12")); }), HasSubstr("farther"));
   EXPECT_THAT(complaint([] { read_drawing("<html></html>"); }), HasSubstr("no SVG"));

@@ -96,7 +96,8 @@ TEST_F(ForeignPoints, PcdCompressedLiesFieldByField) {
               Eigen::Vector3f(0, static_cast<float>(i % 50), static_cast<float>(2 * i % 50)));
   }
   EXPECT_THAT(said("a.pcd", whole(packed.size() + 1, fields.size())), HasSubstr("ends within"));
-  EXPECT_THAT(said("a.pcd", whole(packed.size(), fields.size() + 12)), HasSubstr("other points"));
+  EXPECT_THAT(said("a.pcd", whole(packed.size(), fields.size() + 12)),
+              HasSubstr("does not agree with its compressed points"));
   EXPECT_THAT(said("a.pcd", whole(packed.size() - 1, fields.size())), HasSubstr("damaged"));
 }
 
@@ -104,7 +105,7 @@ TEST_F(ForeignPoints, PcdThatLiesIsRefused) {
   const auto of = [&](const std::string& points, const std::string& data) {
     return said("a.pcd", pcd(kXyz, points, data));
   };
-  const std::string more = "a.pcd: its header declares more points than the file holds";
+  const std::string more = "a.pcd: its header declares more points than the file contains";
   EXPECT_THAT(of("WIDTH 1000000000000\nHEIGHT 1\nPOINTS 1000000000000", "binary\n1234"),
               HasSubstr(more));
   EXPECT_THAT(of("WIDTH 1000000000000\nHEIGHT 1\nPOINTS 1000000000000", "ascii\n1 2 3"),
@@ -116,7 +117,7 @@ TEST_F(ForeignPoints, PcdThatLiesIsRefused) {
   // A copy of what came before the beginning.
   EXPECT_THAT(of("WIDTH 1\nHEIGHT 1", "binary_compressed\n" + bytes_of({3U, 12U}) + "\xe0\x03\x05"),
               HasSubstr("damaged"));
-  EXPECT_THAT(of("WIDTH nan\nHEIGHT 1", "ascii\n1 2 3"), HasSubstr("WIDTH is no number"));
+  EXPECT_THAT(of("WIDTH nan\nHEIGHT 1", "ascii\n1 2 3"), HasSubstr("WIDTH is not a number"));
   EXPECT_THAT(of("WIDTH 2\nHEIGHT 1\nPOINTS 3", "ascii\n1 2 3"), HasSubstr("WIDTH times HEIGHT"));
   EXPECT_THAT(of("WIDTH 2\nHEIGHT 1", "ascii\n1 2 3.00001\n4 5\n"),
               HasSubstr("DATA):2: expected 3"));
@@ -163,7 +164,7 @@ TEST_F(ForeignPoints, PlyThatLiesIsRefused) {
       said("a.ply", head + "1\nproperty list uchar float a\n" + xyz + "end_header\n99 1 2 3"),
       HasSubstr("a list is longer than the file"));
   EXPECT_THAT(said("a.ply", head + "1\nproperty quad x\nend_header\n"),
-              HasSubstr("is no property"));
+              HasSubstr("is not a property"));
   EXPECT_THAT(said("a.ply", head + "1\nproperty float x\nend_header\n1\n"),
               HasSubstr("no x, y, z"));
   EXPECT_THAT(said("a.ply", "ply\nformat ascii 1.0\nend_header\n"), HasSubstr("no vertices"));

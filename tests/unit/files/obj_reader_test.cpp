@@ -65,7 +65,7 @@ TEST(ObjReader, BrokenLinesAreNamed) {
     return complaint([&] { read_obj(folder.write("m.obj", text)); });
   };
   const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-  EXPECT_THAT(said(three + "f 1 2 4\n"), HasSubstr("m.obj:4: '4' is none of the 3 vertices"));
+  EXPECT_THAT(said(three + "f 1 2 4\n"), HasSubstr("m.obj:4: '4' is not one of the 3 vertices"));
   EXPECT_THAT(said(three + "f 1 2 0\n"), HasSubstr("m.obj:4: '0'"));
   EXPECT_THAT(said(three + "f 1 2 -4\n"), HasSubstr("m.obj:4: '-4'"));
   EXPECT_THAT(said(three + "f 1 2 9223372036854775808\n"), HasSubstr("m.obj:4: '9223"));
@@ -75,7 +75,7 @@ TEST(ObjReader, BrokenLinesAreNamed) {
   EXPECT_THAT(said("v 0 0\n"), HasSubstr("m.obj:1: a vertex has x y z"));
   EXPECT_THAT(said("v 0 0 nan\n"), HasSubstr("'nan' is not a finite number"));
   EXPECT_THAT(said("v 0 0 1e39\n"), HasSubstr("'1e39' is not a finite number"));
-  EXPECT_THAT(said("v 0 0 0 0 0 2\n"), HasSubstr("from 0 to 1"));
+  EXPECT_THAT(said("v 0 0 0 0 0 2\n"), HasSubstr("are 0 to 1"));
   EXPECT_THAT(said("v 0 0 0 0 0 0 0\n"), HasSubstr("at most"));
   EXPECT_THAT(said("ply\nformat\n"), HasSubstr("m.obj:1: 'ply' begins no line"));
   EXPECT_THAT(complaint([&] { read_obj(folder.path() / "no.obj"); }), HasSubstr("no.obj"));

@@ -203,7 +203,7 @@ TEST(ScanPose, IsReadByTheNumberOfItsNumbers) {
   };
   EXPECT_THAT(said("1 2 3 4 5"), HasSubstr("bad.pose: expected a pose of 6, 7, 8, 12 or 16"));
   EXPECT_THAT(said("1 2 3 4 5 x"), HasSubstr("'x' is not a finite number"));
-  EXPECT_THAT(said("1 2 3 0 0 0 0"), HasSubstr("no position and rotation"));
+  EXPECT_THAT(said("1 2 3 0 0 0 0"), HasSubstr("not a position and rotation"));
   EXPECT_THAT(said("2 0 0 0 0 2 0 0 0 0 2 0"), HasSubstr("no rotation"));
   EXPECT_THAT(said("-1 0 0 0 0 1 0 0 0 0 1 0"), HasSubstr("no rotation"));
 }

@@ -63,8 +63,8 @@ TEST(OdometryLaserText, LinesThatCannotBeReadAreCountedWithTheirPlace) {
   EXPECT_THAT(recorded.odometry.at(0).odom_from_robot, IsNear(Pose2{1, 2, 0.5}, 1e-12, 1e-12));
   using ::testing::Pair;
   EXPECT_THAT(recorded.report.places,
-              ::testing::UnorderedElementsAre(Pair("odometry line that cannot be read", "line 2"),
-                                              Pair("laser line that cannot be read", "line 3"),
+              ::testing::UnorderedElementsAre(Pair("unreadable odometry line", "line 2"),
+                                              Pair("unreadable laser line", "line 3"),
                                               Pair("scan of fewer than 2 beams", "line 4")));
 }
 
@@ -170,7 +170,7 @@ TEST(TiltedScans, PointsOfUosBecomeRowsFromTheRightOn) {
   EXPECT_NEAR(recorded.pantilt.at(1).tilt_rad, deg_to_rad(45), 1e-4);
   EXPECT_THAT(recorded.odometry.at(0).odom_from_robot,
               IsNear(Pose2{3.0, -1.0, deg_to_rad(90)}, 1e-9, 1e-9));
-  EXPECT_EQ(recorded.report.places.at("point that cannot be read"), path.string() + ":7");
+  EXPECT_EQ(recorded.report.places.at("unreadable point"), path.string() + ":7");
 }
 
 TEST(TiltedScans, PolarLinesLieOnOneGridAndAMissingBeamHasNoReturn) {
@@ -185,7 +185,7 @@ TEST(TiltedScans, PolarLinesLieOnOneGridAndAMissingBeamHasNoReturn) {
   EXPECT_NEAR(recorded.scans[0].bearing_rad(0), deg_to_rad(-89.75), 1e-9);
   EXPECT_NEAR(recorded.scans[1].bearing_rad(0), deg_to_rad(-89.5), 1e-9);
   EXPECT_NEAR(recorded.infos.at(0).parent_from_sensor.translation().z(), 0.340, 1e-12);
-  EXPECT_EQ(recorded.report.places.at("point that cannot be read"), path.string() + ":5");
+  EXPECT_EQ(recorded.report.places.at("unreadable point"), path.string() + ":5");
 }
 
 TEST(OpenRecording, TellsKindsApartByContentWhateverTheName) {
@@ -246,7 +246,7 @@ TEST(OpenRecording, AForbiddenFileIsCalledSo) {
     EXPECT_THAT(text, HasSubstr("a.log"));
     EXPECT_THAT(text, HasSubstr("chmod +r"));
   }
-  EXPECT_THAT(by_folder, HasSubstr("by a folder above it"));
+  EXPECT_THAT(by_folder, HasSubstr("by a parent folder"));
 }
 
 TEST(OpenRecording, SaysWhatIsWrongWithWhatItCannotRead) {

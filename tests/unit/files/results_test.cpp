@@ -111,7 +111,7 @@ TEST(MapYaml, APictureOutsideItsFolderIsRefused) {
   for (const char* picture : {"/etc/hostname", "../map.pgm", "a/../../map.pgm"}) {
     const auto yaml = folder.write(
         "map.yaml", std::string("image: ") + picture + "\nresolution: 0.05\norigin: [0, 0, 0]\n");
-    EXPECT_THAT(complaint([&] { read_map(yaml); }), HasSubstr("outside of its folder")) << picture;
+    EXPECT_THAT(complaint([&] { read_map(yaml); }), HasSubstr("outside its folder")) << picture;
   }
 }
 

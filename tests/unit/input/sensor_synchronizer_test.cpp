@@ -122,7 +122,7 @@ TEST_F(SensorSynchronizerTest, OdometryThatRestartedIsNotComparedWithThatBefore)
   EXPECT_THAT(*scans[0].motion.odom_from_robot, IsNear(Pose2{5.12, 0, 0}, 1e-9, 1e-9));
   EXPECT_FALSE(scans[1].motion.odom_from_robot.has_value());
   EXPECT_THAT(*scans[2].motion.odom_from_robot, IsNear(Pose2{0.1, 0, 0}, 1e-9, 1e-9));
-  EXPECT_EQ(drops_["odometry restarted: not used for one scan"], 1);
+  EXPECT_EQ(drops_["odometry restarted: ignored for one scan"], 1);
 }
 
 TEST_F(SensorSynchronizerTest, OverAGapTheGyroTurnsNothing) {
@@ -207,7 +207,7 @@ TEST_F(SensorSynchronizerTest, AScanThatComesTwiceIsUsedOnce) {
   odometry(2.0, {});
   for (const double seconds : {0.5, 0.5, 1.0, 1.5, 1.5}) scan(seconds);
   EXPECT_EQ(take().size(), 3U);
-  EXPECT_EQ(drops_["scan that came twice"], 2);
+  EXPECT_EQ(drops_["duplicate scan"], 2);
 }
 
 TEST_F(SensorSynchronizerTest, ReturnsOfTheFloorAreNone) {

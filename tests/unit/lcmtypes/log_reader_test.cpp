@@ -226,7 +226,7 @@ TEST_F(LcmLog, AStampThatCannotBelongToItsEventIsDropped) {
   add(scan(int64_t{1} << 61), 2'000'000);
   const Recorded recorded = read();
   EXPECT_EQ(recorded.scans.size(), 9U);
-  EXPECT_EQ(recorded.report.dropped.at("stamp an hour and more from its event's time"), 1);
+  EXPECT_EQ(recorded.report.dropped.at("stamp an hour or more from its event's time"), 1);
 }
 
 TEST_F(LcmLog, UntypedAndUndecodableEventsAreCountedAndPassedBy) {

@@ -326,7 +326,7 @@ TEST(Mcap, AMapTooLargeToBeDrawnIsCounted) {
   WalkInput input = walk_of(folder / "log");
   const McapResult result = export_mcap(input, types(), out, make_translator, ignore_progress);
   EXPECT_EQ(result.messages, 2U);
-  EXPECT_EQ(result.remark, "1 maps are too large to be drawn: only their tiles were written");
+  EXPECT_EQ(result.remark, "1 maps are too large to draw: only their tiles were written");
 }
 
 // Damaged messages: what is written is whole JSON, and as many messages as are said.

@@ -82,7 +82,7 @@ TEST(JoinedRows, OtherScenesStayAsTheyAre) {
     drives.rows[i].world_from_robot.x_m = 0.002 * static_cast<double>(i);
   }
   EXPECT_EQ(joined_rows(drives).rows.size(), 120U);
-  Scene coarse;  // the rows are farther apart than the beams: nothing lies between them
+  Scene coarse;  // the rows are farther apart than the beams: there is nothing between them
   for (int i = 0; i < 60; ++i) coarse.rows.push_back(row(-20.0 + 1.2 * i, i % 4));
   EXPECT_EQ(joined_rows(coarse).rows.size(), 60U);
   Scene jitters = interlaced(120);  // the first beam anywhere

@@ -180,7 +180,7 @@ TEST_F(Mapping3dOverABus, WhatIsSeenFromAnUnknownPlaceIsNoScene) {
   for (int i = 0; i < 31; ++i) row(i, -15.0 + i);
   adapter_.finish();
   EXPECT_TRUE(adapter_.mapper().scenes().empty());
-  EXPECT_EQ(adapter_.drops().by_cause().at("slam_pose_t: SLAM does not know its place"), 31);
+  EXPECT_EQ(adapter_.drops().by_cause().at("slam_pose_t: SLAM is lost"), 31);
 }
 
 TEST_F(Mapping3dOverABus, RowsWithoutAPoseAreCountedAndTheRestIsUsed) {
@@ -233,7 +233,8 @@ TEST_F(Mapping3dOverABus, RowsOfRawScansArePlacedByTheirBeamTimes) {
     bus_.deliver_published();
   }
   adapter_.finish();
-  EXPECT_EQ(adapter_.drops().by_cause().at("scan of irregular bearings: no row of a scene"), 1);
+  EXPECT_EQ(adapter_.drops().by_cause().at("scan with irregular bearings: not a row of a scene"),
+            1);
   ASSERT_EQ(adapter_.mapper().scenes().size(), 1U);
   const Scene& scene = adapter_.mapper().scenes()[0];
   ASSERT_EQ(scene.rows.size(), 30U);

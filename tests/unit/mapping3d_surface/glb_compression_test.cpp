@@ -163,13 +163,13 @@ TEST(GlbCompression, CountsThatTheBytesCannotHoldAreRefused) {
     return "read";
   };
   EXPECT_THAT(complaint("\"byteStride\":12", "\"byteStride\":-8"),
-              ::testing::HasSubstr("ends within its compressed numbers"));
+              ::testing::HasSubstr("ends inside its compressed numbers"));
   EXPECT_THAT(complaint("EXPONENTIAL", "EXPONENTIOL"), ::testing::HasSubstr("unknown filter"));
   EXPECT_THAT(complaint("TRIANGLES", "TRIANGLEZ"), ::testing::HasSubstr("unknown way"));
   // A longer number, in the room of a word: the lengths in the file stay right.
   whole.replace(whole.find("\"marco\""), 7, "\"\"");
   EXPECT_THAT(complaint("\"byteStride\":4,\"count\":24", "\"byteStride\":4,\"count\":2400000"),
-              ::testing::HasSubstr("ends within its compressed numbers"));
+              ::testing::HasSubstr("ends inside its compressed numbers"));
 }
 
 }  // namespace

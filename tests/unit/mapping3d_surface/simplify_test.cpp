@@ -97,7 +97,7 @@ TEST(MeshDistance, EqualsTheNearestOfAllTriangles) {
   }
 }
 
-// Its distance is no number, and must not hide that of another triangle.
+// Its distance is not a number, and must not hide that of another triangle.
 TEST(MeshDistance, PassesOverATriangleWithoutArea) {
   TriangleMesh mesh;
   mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, -1, 0.05F}, {1, -1, 0.05F}, {0.5F, 1, 0.05F}};

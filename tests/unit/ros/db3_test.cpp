@@ -210,7 +210,7 @@ TEST(Db3, RefusesOtherDatabases) {
   write_database(folder.path() / "a.db3", "CREATE TABLE other(id INTEGER);");
   EXPECT_THAT(
       [&] { open_db3(folder.path() / "a.db3"); },
-      ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr("no recording of rosbag2")));
+      ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr("not a rosbag2 recording")));
 }
 
 // Rows that a database computes have no end, and no size that its file tells.
@@ -240,9 +240,8 @@ TEST(Db3, RefusesRowsThatAreComputed) {
        {with_view, with_topics, with_definitions, generated, with_module}) {
     std::filesystem::remove(folder.path() / "a.db3");
     write_database(folder.path() / "a.db3", statements);
-    EXPECT_THAT(
-        [&] { open_db3(folder.path() / "a.db3"); },
-        ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr("not rows that are stored")))
+    EXPECT_THAT([&] { open_db3(folder.path() / "a.db3"); },
+                ::testing::ThrowsMessage<std::invalid_argument>(HasSubstr("not stored rows")))
         << statements;
   }
 }

@@ -225,8 +225,8 @@ TEST(Mcap, RefusesDefinitionsLargerThanAnyRobots) {
     content += chunk_with_zeros(head(3, before.size() + kDefinition) + before, kDefinition);
   }
   const auto source = open_mcap(folder.write("a.mcap", content + footer() + kMagic));
-  EXPECT_THAT([&] { source->next(); }, ThrowsMessage<std::invalid_argument>(HasSubstr(
-                                           "definitions of topics are more than 128 MB")));
+  EXPECT_THAT([&] { source->next(); }, ThrowsMessage<std::invalid_argument>(
+                                           HasSubstr("definitions of topics exceed 128 MB")));
 }
 
 // Larger than could be read in an hour.

@@ -36,7 +36,7 @@ TEST(OddRecordings, RangesThatPileUpAtTheLimitAreNoReturn) {
   const Recorded recorded = robot.recorded();
   EXPECT_LT(recorded.infos.at(0).range_max_m, 9.97);
   EXPECT_GT(recorded.infos.at(0).range_max_m, 9.5);
-  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("taken for no return")));
+  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("treated as no return")));
 }
 
 // A robot that stands sees the same walls again and again.
@@ -73,7 +73,7 @@ TEST(OddRecordings, ScansOfWhichAllBeamsLookOneWayAreDropped) {
   for (int i = 0; i < 3; ++i) robot.scan(1.0 + i, shape);
   const Recorded recorded = robot.recorded();
   EXPECT_TRUE(recorded.scans.empty());
-  EXPECT_EQ(recorded.report.dropped.at("scan of which all beams look one way"), 3);
+  EXPECT_EQ(recorded.report.dropped.at("scan with all beams in one direction"), 3);
 }
 
 TEST(OddRecordings, ScansOfErrorsAloneAreScans) {

@@ -128,7 +128,7 @@ TEST(RosReader, GyroscopesInDegreesAreRecognised) {
   }
   const Recorded recorded = robot.recorded();
   EXPECT_NEAR(recorded.imu.at(0).angular_velocity_rad_per_s.z(), std::numbers::pi / 2, 1e-9);
-  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("degrees a second")));
+  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("degrees per second")));
 }
 
 TEST(RosReader, ALaserThatSeesAllRoundTellsTheTimesOfItsBeams) {

@@ -33,7 +33,7 @@ TEST(RosRecordings, OfRobotsTellLaserPlaceAndOdometry) {
       {"macfirst_floor_take_2", 357, 920, 0, 0, 0.004, 90,
        "odometry /odom: base_link in odom, 8.3"},
       {"macfirst_floor_take_2_mcap", 357, 920, 0, 0, 0.004, 90, "rplidar_link"},
-      {"kitchen_1", 675, 0, 2912, 0, 0, 0, "degrees a second"},
+      {"kitchen_1", 675, 0, 2912, 0, 0, 0, "degrees per second"},
   };
   for (const Known& known : recordings) {
     const auto reader = open_recording(std::string(folder) + "/rosbags/" + known.name);

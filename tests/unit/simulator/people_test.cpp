@@ -141,7 +141,7 @@ TEST(Person, MayHaveSetOffBefore) {
 }
 
 TEST(Person, NeedsAWay) {
-  EXPECT_THAT(complaint([] { Person({{1, 1}}, 1.0, 0.0); }), HasSubstr("two and more"));
+  EXPECT_THAT(complaint([] { Person({{1, 1}}, 1.0, 0.0); }), HasSubstr("at least two"));
   EXPECT_THAT(complaint([] { Person({{1, 1}, {1, 1}}, 1.0, 0.0); }), HasSubstr("all are one"));
   WorldSpec spec;
   spec.people.resize(1);

@@ -45,12 +45,12 @@ TEST(Bundle, RefusesWhatItWouldBreak) {
       [] {
         bundle({{"app.js", "import a from \"./a.js\";\n"}, {"a.js", ""}});
       },
-      ThrowsMessage<std::invalid_argument>(HasSubstr("cannot be joined")));
+      ThrowsMessage<std::invalid_argument>(HasSubstr("cannot be bundled")));
   EXPECT_THAT(
       [] {
         bundle({{"app.js", "export let a = 1;\n"}});
       },
-      ThrowsMessage<std::invalid_argument>(HasSubstr("cannot be joined")));
+      ThrowsMessage<std::invalid_argument>(HasSubstr("cannot be bundled")));
   EXPECT_THAT(
       [] {
         bundle({{"app.js", "import { b } from \"./b.js\";\n"},

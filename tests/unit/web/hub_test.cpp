@@ -247,15 +247,15 @@ TEST_F(HubWithClients, RefusesWhatItDoesNotUnderstand) {
 TEST_F(HubWithClients, LetsGoWhoSendsTooMuchOrReadsNothing) {
   const auto flood = open();
   for (int i = 0; i < 3000; ++i) hub_.take_text(flood, R"({"op":"x"})");
-  EXPECT_THAT(let_go_, ElementsAre("let go: a client that sends too much"));
+  EXPECT_THAT(let_go_, ElementsAre("disconnected: client sends too much"));
   const auto deaf = open();
   for (int i = 0; i < 3000; ++i) {
     now_s_ += 1.0;
     hub_.take_text(deaf, "x" + std::string(1000, 'x'));  // each is answered
     hub_.tell(deaf, foxglove::Level::info, std::string(10000, 'x'));
   }
-  EXPECT_THAT(let_go_, ElementsAre("let go: a client that sends too much",
-                                   "let go: a client that does not read"));
+  EXPECT_THAT(let_go_,
+              ElementsAre("disconnected: client sends too much", "disconnected: client too slow"));
 }
 
 TEST_F(HubWithClients, IsNotFilledByOneClientsChannels) {
@@ -279,8 +279,8 @@ TEST_F(HubWithClients, WhoWatchesTakesNoRoomFromWhoSteers) {
   EXPECT_EQ(open(), 0U);
   hub_.close(watching[3]);
   EXPECT_NE(open(false), 0U);
-  EXPECT_EQ(drops_.by_cause().at("refused: more than 32 who watch from one address"), 1);
-  EXPECT_EQ(drops_.by_cause().at("refused: more than 64 clients who watch"), 1);
+  EXPECT_EQ(drops_.by_cause().at("refused: more than 32 clients that watch from one address"), 1);
+  EXPECT_EQ(drops_.by_cause().at("refused: more than 64 clients that watch"), 1);
 }
 
 TEST_F(HubWithClients, WhatWaitsForAllIsBoundedAndWhoSteersKeepsTheirs) {
@@ -300,7 +300,7 @@ TEST_F(HubWithClients, WhatWaitsForAllIsBoundedAndWhoSteersKeepsTheirs) {
   }
   EXPECT_GT(let_go_.size(), 20U);
   EXPECT_LE(hub_.waiting_bytes(), Hub::kMostWaitingBytes);
-  for (const std::string& why : let_go_) EXPECT_EQ(why, "let go: a client that does not read");
+  for (const std::string& why : let_go_) EXPECT_EQ(why, "disconnected: client too slow");
   EXPECT_THAT(take(owner).data, SizeIs(20));
 }
 

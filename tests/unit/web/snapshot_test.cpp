@@ -139,12 +139,12 @@ TEST_F(SnapshotTest, NoFileOfAStrangersFolderLeadsOutOfIt) {
     if (was_there) fs::rename(folder_ / name, before);
     fs::create_symlink(secret, folder_ / name);
     EXPECT_THAT([&] { export_html(folder_, "no_three.js"); },
-                ThrowsMessage<std::invalid_argument>(HasSubstr("leads out of its folder")))
+                ThrowsMessage<std::invalid_argument>(HasSubstr("points outside its folder")))
         << name;
     fs::remove(folder_ / name);
     ASSERT_EQ(mkfifo((folder_ / name).c_str(), 0600), 0);
     EXPECT_THAT([&] { export_html(folder_, "no_three.js"); },
-                ThrowsMessage<std::invalid_argument>(HasSubstr("is no file")))
+                ThrowsMessage<std::invalid_argument>(HasSubstr("is not a file")))
         << name;
     fs::remove(folder_ / name);
     if (was_there) fs::rename(before, folder_ / name);
@@ -158,7 +158,7 @@ TEST_F(SnapshotTest, NoFileOfAStrangersFolderLeadsOutOfIt) {
 TEST_F(SnapshotTest, SaysWhatIsMissing) {
   fs::remove(folder_ / "map.yaml");
   EXPECT_THAT([&] { snapshot_json(folder_); },
-              ThrowsMessage<std::invalid_argument>(HasSubstr("holds no map.yaml")));
+              ThrowsMessage<std::invalid_argument>(HasSubstr("contains no map.yaml")));
   EXPECT_THAT([&] { snapshot_json(folder_ / "gone"); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("no such folder")));
 }

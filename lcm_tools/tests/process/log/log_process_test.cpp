@@ -242,14 +242,14 @@ TEST(Cli, MistakesAreSaidAndNothingIsWritten) {
   };
   const std::string log = folder / "log", out = folder / "out";
   fails("info /no/such/log", "/no/such/log: cannot be read as a log");
-  fails("info " + (folder / "text"), "no whole LCM event");
-  fails("cut " + log + " " + log + " --force", "is the input itself");
+  fails("info " + (folder / "text"), "no complete LCM event");
+  fails("cut " + log + " " + log + " --force", "is the input;");
   fails("cut " + log + " " + (folder / "text"), "--force replaces it");
-  fails("cut " + log + " " + out + " --from 3 --to 2", "nothing lies between");
-  fails("cut " + log + " " + out + " --from soon", "no moment");
+  fails("cut " + log + " " + out + " --from 3 --to 2", "there is nothing between");
+  fails("cut " + log + " " + out + " --from soon", "not a time");
   fails("filter " + log + " " + out + " -c NOBODY", "none of its 5 events matches");
   fails("merge " + log + " " + log + " -o " + out + " --shift 1", "one for each log");
-  fails("repair " + (folder / "text") + " " + out, "no whole LCM event");
+  fails("repair " + (folder / "text") + " " + out, "no complete LCM event");
   fails("export " + log + " " + out,
         "no format has this ending; choose one with --format: csv, jsonl, mcap, images");
   fails("export " + log + " " + out + " --format mcap --types /no/such", "/no/such");

@@ -229,7 +229,7 @@ TEST_F(ScreenTest, CommandsAreMadeChangedRemovedAndWritten) {
 
 TEST_F(ScreenTest, SigtermEndsItAndRestoresTheTerminal) {
   if (!open_screen("--script first")) return;  // no deputy: it waits for ever
-  ASSERT_TRUE(shows("no deputy was heard yet"));
+  ASSERT_TRUE(shows("no deputy yet"));
   EXPECT_TRUE(shows("script first is running, waits for cmd \"slam\" to run"));
   const std::string pid = tmux("list-panes -F '#{pane_pid}'");
   std::system(
@@ -303,7 +303,7 @@ TEST_F(ScreenTest, QuitAsksBeforeItStopsWhatRuns) {
   EXPECT_TRUE(shows("These still run:"));
   EXPECT_TRUE(is_alive(pid));
   keys("y");
-  EXPECT_TRUE(shows("stops what still runs: slam"));
+  EXPECT_TRUE(shows("stopping: slam"));
   EXPECT_TRUE(shows("exit 0"));
   EXPECT_FALSE(is_alive(pid));
 }
@@ -318,7 +318,7 @@ TEST_F(ScreenTest, WithADeputyOfItsOwnQuitMayLeaveOrStopWhatRuns) {
   ASSERT_TRUE(wait_until([&] { return status("slam").pid != 0; }));
   const int32_t pid = status("slam").pid;
   keys("q n");
-  EXPECT_TRUE(shows("leaves running under their deputies: slam"));
+  EXPECT_TRUE(shows("left running under their deputies: slam"));
   EXPECT_TRUE(shows("exit 0"));
   EXPECT_TRUE(is_alive(pid));
   tmux("kill-server 2>/dev/null");
@@ -334,7 +334,7 @@ TEST_F(ScreenTest, ForeignOrdersMakeItAnObserver) {
   ASSERT_TRUE(shows("Procman Sheriff"));
   ASSERT_TRUE(shows("slam +localhost +Stopped"));
   publish_orders("somebody else");
-  EXPECT_TRUE(shows("another sheriff is at work: now only watching"));
+  EXPECT_TRUE(shows("another sheriff is active: now only watching"));
   EXPECT_TRUE(shows("Procman Observer"));
 }
 
@@ -412,7 +412,8 @@ TEST_F(ScreenTest, WithoutATerminalItSaysWhatToDo) {
   auto sheriff =
       start_program({"marco-procman-sheriff", write_file("robot.procman", kScreenRobot)});
   EXPECT_EQ(sheriff->wait_s(5.0), 1);
-  EXPECT_THAT(programs_output(), HasSubstr("this is no terminal; without a screen: -n SCRIPT"));
+  EXPECT_THAT(programs_output(),
+              HasSubstr("this is not a terminal; to run without a screen: -n SCRIPT"));
 }
 
 }  // namespace

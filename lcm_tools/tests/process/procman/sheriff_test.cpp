@@ -71,7 +71,8 @@ TEST_F(SheriffTest, AWaitMayHaveAnEnd) {
   start_deputy({"--script", config_});
   auto sheriff = start_sheriff({"-n", "in vain"});
   EXPECT_EQ(sheriff->wait_s(40.0), 1);
-  EXPECT_THAT(programs_output(), HasSubstr("waited 300 ms in vain for cmd \"a\" to publish NEVER"));
+  EXPECT_THAT(programs_output(),
+              HasSubstr("timed out after 300 ms waiting for cmd \"a\" to publish NEVER"));
 }
 
 TEST_F(SheriffTest, PublishingMeansAMessageWasHeard) {
@@ -134,14 +135,14 @@ TEST_F(SheriffTest, TheLoneSheriffStaysWithWhatItsScriptHasStarted) {
   sheriff->signal(SIGTERM);
   EXPECT_EQ(sheriff->wait_s(40.0), 0);
   EXPECT_FALSE(is_alive(pid));
-  EXPECT_THAT(programs_output(), HasSubstr("marco-procman-sheriff: stops what still runs: base"));
+  EXPECT_THAT(programs_output(), HasSubstr("marco-procman-sheriff: stopping: base"));
 }
 
 TEST_F(SheriffTest, ASheriffThatLeavesSaysWhatRunsOn) {
   start_deputy({"--script", config_});
   auto sheriff = start_sheriff({"-n", "go"});
   EXPECT_EQ(sheriff->wait_s(40.0), 0);
-  EXPECT_THAT(programs_output(), HasSubstr("leaves running under their deputies: a, c"));
+  EXPECT_THAT(programs_output(), HasSubstr("left running under their deputies: a, c"));
 }
 
 // The commands run on without their deputy; nothing must be started twice, and the end stops them.
@@ -196,7 +197,7 @@ TEST_F(SheriffTest, ASecondLoneSheriffTouchesNothing) {
   EXPECT_EQ(start_sheriff({"-n", "-l", "go"})->wait_s(40.0), 1);
   EXPECT_EQ(start_program({"marco-procman-sheriff", "--check-free"})->wait_s(40.0), 1);
   EXPECT_THAT(programs_output(),
-              HasSubstr("a deputy 'localhost' is at work here already and runs base: another"));
+              HasSubstr("a deputy 'localhost' is already active here and runs base: another"));
   EXPECT_TRUE(is_alive(pid));
   EXPECT_EQ(sheriff->wait_s(0.1), -1);
   sheriff->signal(SIGTERM);

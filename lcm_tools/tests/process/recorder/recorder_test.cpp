@@ -111,7 +111,7 @@ TEST_F(RecorderProcess, NothingIsLostWhenItOrTheLoggerIsKilled) {
   kill(std::stoi(logger.output), SIGKILL);
   EXPECT_TRUE(
       until([this] { return pieces().size() == 2 && fs::file_size(pieces()[1]) > 100'000; }));
-  EXPECT_THAT(said(), HasSubstr("lcm-logger ended with Killed: a new piece is begun"));
+  EXPECT_THAT(said(), HasSubstr("lcm-logger ended with Killed: starting a new piece"));
 }
 
 TEST_F(RecorderProcess, AFullDiskTakesTheOldestThenWaits) {

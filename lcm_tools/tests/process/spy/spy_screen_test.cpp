@@ -96,8 +96,8 @@ TEST(SpyScreen, StopsEveryRobotAndReleasesThemWhenAsked) {
     return heard.size() >= count;
   };
   Terminal terminal("");
-  EXPECT_SHOWS(terminal, "nothing heard yet");
-  EXPECT_SHOWS(terminal, "To hear something");
+  EXPECT_SHOWS(terminal, "no messages yet");
+  EXPECT_SHOWS(terminal, "To receive messages");
   terminal.press("x");
   ASSERT_TRUE(hear(2));  // more than one: a datagram may be lost
   EXPECT_EQ(heard.back().engaged, 1);
@@ -124,7 +124,7 @@ TEST(SpyScreen, StopsEveryRobotAndReleasesThemWhenAsked) {
 TEST(SpyScreen, StaysAtTenFramesASecondUnderLoad) {
   if (!have_tmux()) return;
   Terminal terminal("");
-  terminal.shows("nothing heard yet");
+  terminal.shows("no messages yet");
   Flood flood;
   flood.send_paced(100000, 2);
   std::this_thread::sleep_for(milliseconds(200));

@@ -50,10 +50,10 @@ TEST_F(StrangersFolder, NoLinkLeadsOut) {
   fs::create_symlink("folder/key", map_ / "second");
   fs::create_symlink("/dev/zero", map_ / "device");
   for (const char* name : {"relative", "absolute", "folder/key", "second", "device", "folder"}) {
-    EXPECT_THAT(refused(name), HasSubstr("is a link that leads out of its folder")) << name;
+    EXPECT_THAT(refused(name), HasSubstr("is a link that points outside its folder")) << name;
   }
   for (const char* name : {"../home/key", "/etc/passwd", "sub/../../home/key"}) {
-    EXPECT_THAT(refused(name), HasSubstr("lies outside of its folder")) << name;
+    EXPECT_THAT(refused(name), HasSubstr("is outside its folder")) << name;
   }
   // A folder whose name begins alike is another one.
   fs::create_directories(top_.path() / "map2");
@@ -66,8 +66,8 @@ TEST_F(StrangersFolder, WhatIsNoFileIsNotWaitedFor) {
   ASSERT_EQ(mkfifo((map_ / "pipe").c_str(), 0600), 0);
   fs::create_symlink("pipe", map_ / "link");
   fs::create_symlink("loop", map_ / "loop");
-  EXPECT_THAT(refused("pipe"), HasSubstr("is no file"));
-  EXPECT_THAT(refused("link"), HasSubstr("is no file"));
+  EXPECT_THAT(refused("pipe"), HasSubstr("is not a file"));
+  EXPECT_THAT(refused("link"), HasSubstr("is not a file"));
   EXPECT_EQ(inside_folder(map_, "loop"), map_ / "loop");  // cannot be opened
 }
 

@@ -86,7 +86,7 @@ TEST(Config, RefusesUnknownKeysWrongTypesAndValuesOutsideLimits) {
               HasSubstr("count (line 1, column 9): expected a whole number"));
   EXPECT_THAT(refusal("count = 11"), HasSubstr("within [1, 10], got 11"));
   EXPECT_THAT(refusal("[inner]\nsigma_m = -1"), HasSubstr("inner.sigma_m"));
-  EXPECT_THAT(refusal("name = 3"), HasSubstr("a text in quotes"));
+  EXPECT_THAT(refusal("name = 3"), HasSubstr("a string in quotes"));
   EXPECT_THAT(refusal("schedule = [0]"), HasSubstr("schedule"));
 }
 

@@ -247,9 +247,9 @@ TEST(OutputLog, ALostMessageLeavesALineThatSaysSo) {
   log.on_span("d", 2, {{"a", 10, 30, "/logs/a"}});  // its output is lost
   log.on_span("d", 3, {{"a", 30, 32, "/logs/a"}});
   log.on_output("d", 3, {"a"}, {"x\n"});
-  EXPECT_THAT(
-      log.lines("a"),
-      ElementsAre("123456789", "", "[20 bytes lost on the way; all is in /logs/a of d]", "x", ""));
+  EXPECT_THAT(log.lines("a"),
+              ElementsAre("123456789", "",
+                          "[20 bytes lost in transit; all output is in /logs/a of d]", "x", ""));
   EXPECT_EQ(log.lost_bytes(), 20);
 }
 
@@ -372,7 +372,7 @@ TEST_F(OutputPumpTest, ANewFileFollowsTheOldOne) {
   ASSERT_TRUE(pump.open_next_file("a", path_, rotate("five\n")));
   ASSERT_TRUE(pump.open_next_file("a", path_, rotate("six\n")));
   pump.on_growth("a", 4);
-  EXPECT_EQ(take_all(), "\n[5 bytes left out: it writes too much]\nfive\nsix\n");
+  EXPECT_EQ(take_all(), "\n[5 bytes left out: too much output]\nfive\nsix\n");
 }
 
 TEST_F(OutputPumpTest, CommandsTakeTurns) {

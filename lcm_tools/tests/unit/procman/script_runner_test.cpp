@@ -62,9 +62,9 @@ TEST(ScriptRunner, ATimeoutAbortsOrContinuesAsTheScriptSays) {
   EXPECT_EQ(strict.next_due_us(), 102 * kSecondUs);
   world.pass(2 * kSecondUs);
   EXPECT_EQ(strict.step(world.sheriff, world.now_us), State::aborted);
-  EXPECT_THAT(
-      strict.take_events(),
-      Contains(HasSubstr("waited 2000 ms in vain for cmd \"logger\" to publish LOG (robot")));
+  EXPECT_THAT(strict.take_events(),
+              Contains(HasSubstr(
+                  "timed out after 2000 ms waiting for cmd \"logger\" to publish LOG (robot")));
   ScriptRunner lenient(world.config, "lenient");
   lenient.step(world.sheriff, world.now_us);
   world.pass(2 * kSecondUs);

@@ -107,7 +107,7 @@ TEST_F(DeputyWatchTest, SaysOnceWhichDeputyIsMissingAndWhatToDo) {
   EXPECT_THAT(watch_.step_to(2'900'000, world.sheriff), IsEmpty());
   const auto events = watch_.step_to(3'000'000, world.sheriff);
   ASSERT_THAT(events, SizeIs(1));
-  EXPECT_THAT(events[0], HasSubstr("deputy base was not heard for 3 s (nor was any other)"));
+  EXPECT_THAT(events[0], HasSubstr("deputy base was silent for 3 s (as was every other)"));
   EXPECT_THAT(events[0], HasSubstr("marco-procman-deputy -i base --script FILE"));
   EXPECT_THAT(watch_.step_to(9'000'000, world.sheriff), IsEmpty());
 }
@@ -120,8 +120,7 @@ TEST_F(DeputyWatchTest, SaysWhoFellSilentAndCameBack) {
   EXPECT_THAT(watch_.step_to(world.now_us + 7 * kSecondUs, world.sheriff), IsEmpty());
   world.now_us += 7 * kSecondUs;
   world.info();
-  EXPECT_THAT(watch_.step_to(world.now_us, world.sheriff),
-              ElementsAre("deputy base is heard again"));
+  EXPECT_THAT(watch_.step_to(world.now_us, world.sheriff), ElementsAre("deputy base is back"));
 }
 
 TEST_F(DeputyWatchTest, NoticesTheOlderProtocol) {

@@ -266,8 +266,8 @@ TEST(SheriffState, AClockBehindIsSaidAndNotEverySecond) {
     return world.sheriff.on_info({world.now_us - age_s * kSecondUs, "base", {}, {}}, world.now_us,
                                  at_s * kSecondUs);
   };
-  EXPECT_THAT(hear(40, 1), ElementsAre("deputy base is ignored: its clock is 40 s behind "
-                                       "ours. Set both clocks (chrony, ntp)"));
+  EXPECT_THAT(hear(40, 1), ElementsAre("deputy base is ignored: its clock is 40 s behind ours. "
+                                       "Synchronize both clocks (chrony, ntp)"));
   EXPECT_THAT(hear(40, 2), IsEmpty());
   EXPECT_THAT(hear(40, 62), SizeIs(1));
   EXPECT_THAT(hear(29, 63), ElementsAre("deputy base is there"));

@@ -127,7 +127,7 @@ TEST_F(Screen, AtEightyCellsNoHelpNorKeyIsCut) {
   const std::string text = screen(80, 24);  // help
   EXPECT_THAT(text, Not(HasSubstr("~\n")));
   EXPECT_THAT(text, HasSubstr("v g +    draw the scan"));
-  EXPECT_THAT(text, HasSubstr("releases it, asks first\n"));
+  EXPECT_THAT(text, HasSubstr("releases it, after asking\n"));
   view_.asks_release = true;
   EXPECT_THAT(screen(80, 24), HasSubstr("other keys no\n"));
 }
@@ -149,7 +149,7 @@ TEST_F(Screen, WhoHearsNothingIsToldWhatToDo) {
        "long as that is so",
        "sudo ip route add 224.0.0.0/4 dev lo"});
   const std::string text = screen(80, 24);
-  EXPECT_THAT(text, HasSubstr("nothing heard yet\n"));
+  EXPECT_THAT(text, HasSubstr("no messages yet\n"));
   EXPECT_THAT(text, HasSubstr("marco-log play LOG"));
   EXPECT_THAT(
       text,

@@ -75,7 +75,7 @@ TEST(GoalDrive, ASenderThatWasHeldUpDoesNotGoOn) {
   told.steps(20);
   EXPECT_TRUE(told.step(Duration::from_seconds(0.45)));
   EXPECT_FALSE(told.step(Duration::from_seconds(0.6)));
-  EXPECT_THAT(told.drive.why_ended(), HasSubstr("held up"));
+  EXPECT_THAT(told.drive.why_ended(), HasSubstr("stalled"));
   EXPECT_FALSE(told.step());
   Told stepped;
   stepped.steps(20);
@@ -95,7 +95,7 @@ TEST(GoalDrive, ItStandsForAMomentAndGoesOn) {
   }
   told.steps(20);
   EXPECT_FALSE(told.drive.hold(told.now + Duration::from_seconds(0.6)));
-  EXPECT_THAT(told.drive.why_ended(), HasSubstr("held up"));
+  EXPECT_THAT(told.drive.why_ended(), HasSubstr("stalled"));
 }
 
 TEST(GoalDrive, ItEndsWithTheBasesWordAndWithOrdersOfOthers) {

@@ -305,10 +305,10 @@ TEST(SelfCalibration, EachKindOfMotionNamesWhatItLacks) {
     return DriveSpeed{0.5 * std::sin(0.5 * seconds), 0.4 * std::sin(0.5 * seconds)};
   };
   const auto steady = [](double) { return DriveSpeed{0.4, 0.3}; };
-  const std::string ways = "ways besides turns on the spot";
+  const std::string ways = "driving besides turns on the spot";
   expect_missing(straight, {{"laser.x_m", "turns"}, {"odometry.track_scale", "turns"}});
   expect_missing(spin, {{"laser.yaw_deg", ways}, {"odometry.left_scale", ways}});
-  expect_missing(arc, {{"laser.y_m", "arcs of another radius"}});
+  expect_missing(arc, {{"laser.y_m", "arcs with another radius"}});
   expect_missing(steady, {{"odometry.late_s", "changes of speed"}});
 }
 

@@ -127,7 +127,7 @@ TEST(CompareWithPlan, SaysWhatIsMissingAndWhatIsNotDrawn) {
   EXPECT_NEAR(undrawn_m, 2 * (3 - 0.88), 0.3);
   const std::string table = deviation_table(found);
   EXPECT_THAT(table, HasSubstr("is not there"));
-  EXPECT_THAT(table, HasSubstr("there, and not drawn:"));
+  EXPECT_THAT(table, HasSubstr("present, but not drawn:"));
 }
 
 TEST(CompareWithPlan, AColumnIsOffByItsCentre) {

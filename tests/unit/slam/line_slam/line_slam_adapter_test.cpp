@@ -157,7 +157,7 @@ TEST_F(LineSlamAdapterTest, OdometryThatBeginsAnewMovesNothing) {
   }
   finish();
   ASSERT_EQ(published.poses.size(), drive.size());
-  EXPECT_EQ(adapter.drops().by_cause().at("odometry restarted: not used for one scan"), 1);
+  EXPECT_EQ(adapter.drops().by_cause().at("odometry restarted: ignored for one scan"), 1);
   for (std::size_t i = 0; i < drive.size(); ++i) {
     const Pose2 pose{published.poses[i].x_m, published.poses[i].y_m, published.poses[i].theta_rad};
     // As without any odometry.

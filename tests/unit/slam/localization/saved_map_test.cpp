@@ -125,8 +125,8 @@ TEST_F(SavedMapTest, DamagedForeignAndCutFilesAreRefusedAndSaidSo) {
   const auto said = [](const std::string& of) { return complaint([&] { decode_saved_map(of); }); };
   EXPECT_THAT(said(""), HasSubstr("is no MARCOMAP file"));
   EXPECT_THAT(said("P5 100 100 255"), HasSubstr("is no MARCOMAP file"));
-  EXPECT_THAT(said(bytes.substr(0, bytes.size() - 1)), HasSubstr("is cut short"));
-  EXPECT_THAT(said(bytes.substr(0, 15)), HasSubstr("is cut short"));
+  EXPECT_THAT(said(bytes.substr(0, bytes.size() - 1)), HasSubstr("is truncated"));
+  EXPECT_THAT(said(bytes.substr(0, 15)), HasSubstr("is truncated"));
   std::string flipped = bytes;
   flipped[bytes.size() / 2] = static_cast<char>(flipped[bytes.size() / 2] ^ 4);
   EXPECT_THAT(said(flipped), HasSubstr("is damaged"));

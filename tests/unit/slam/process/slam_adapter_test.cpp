@@ -154,7 +154,7 @@ TEST_F(SlamAdapterTest, OdometryThatBeginsAnewMovesNothing) {
     EXPECT_NEAR(std::hypot(poses_[i].x_m - truth.x_m, poses_[i].y_m), 0.0, 0.02) << i;
     EXPECT_NEAR(poses_[i].theta_rad, 0.0, deg_to_rad(0.5)) << i;
   }
-  EXPECT_EQ(slam.drops().by_cause().at("odometry restarted: not used for one scan"), 2);
+  EXPECT_EQ(slam.drops().by_cause().at("odometry restarted: ignored for one scan"), 2);
 }
 
 // One robot, one port: a second robot's scans are not sorted out, but they meet the innovation gate

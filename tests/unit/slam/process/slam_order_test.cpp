@@ -30,7 +30,7 @@ TEST(SlamOrders, AMapIsWrittenBehindTheScansAndOneAtATime) {
   EXPECT_EQ(reply_text(orders), "");
   for (int i = 0; i < 3; ++i) {
     orders.take(save, Utime::from_us(save.utime), "/maps", slow);
-    EXPECT_EQ(reply_text(orders), "refused: SAVE: the map before is still being written");
+    EXPECT_EQ(reply_text(orders), "refused: SAVE: the previous map is still being written");
   }
   disk.set_value();
   orders.wait();

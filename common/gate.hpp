@@ -2,7 +2,7 @@
 
 namespace marco {
 
-/// A threshold that decides. Each stands in a table beside the code that asks it; docs/gates.md is
+/// A threshold that decides. Each is in a table next to the code that uses it; docs/gates.md is
 /// printed from these tables.
 struct Gate {
   const char* name;

@@ -22,13 +22,13 @@ std::string in_words(double seconds) {
 
 std::string why_stale(Utime given, Utime now) {
   const double age_s = (now - given).seconds();
-  const std::string mend =
+  const std::string hint =
       "; unless it comes from a recording, synchronize both computers' clocks (NTP)";
   if (age_s > kOrderHoldsS) {
-    return "order is " + in_words(age_s) + " old by this computer's clock" + mend;
+    return "order is " + in_words(age_s) + " old by this computer's clock" + hint;
   }
   if (age_s < -kOrderHoldsS) {
-    return "order is stamped " + in_words(-age_s) + " ahead of this computer's clock" + mend;
+    return "order is stamped " + in_words(-age_s) + " ahead of this computer's clock" + hint;
   }
   return "";
 }

@@ -6,7 +6,7 @@
 
 #include "lcm_tools/lcmtypes/channels.hpp"
 
-/// All channel names of Marco, with those of lcm_tools. The .lcm files beside this header define
+/// All channel names of Marco, with those of lcm_tools. The .lcm files next to this header define
 /// the messages.
 namespace marco::channels {
 

@@ -24,10 +24,10 @@
 #include "marco/slam_pose_t.hpp"
 #include "marco/trajectory_t.hpp"
 
-/// Message <-> value: one pair of functions per type, nowhere else.
-/// from_message throws std::invalid_argument, naming the cause, when a message contradicts itself:
-/// a count below zero, a stamp or pose that is not finite, a quaternion not of unit length. Ranges
-/// are passed on unchanged: SensorInfo tells which of them are returns.
+/// Message <-> value: one pair of functions per type, nowhere else. from_message throws
+/// std::invalid_argument, naming the cause, when a message contradicts itself: a count below zero,
+/// a stamp or pose that is not finite, a quaternion not of unit length. Ranges are passed on
+/// unchanged: SensorInfo defines which of them are returns.
 namespace marco {
 
 bot_core::planar_lidar_t to_message(const LaserScan& regular_scan);

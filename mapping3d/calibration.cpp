@@ -101,7 +101,7 @@ class Calibrator {
     return information.asDiagonal();
   }
 
-  /// A residual counts as some millimetres wrong beside the prior.
+  /// A residual counts as some millimetres wrong in addition to the prior.
   Parameters solve(const System& system, const Parameters& parameters) const {
     constexpr double kResidualVarianceM2 =
         0.005 * 0.005;  // of points to their surfaces: noise of the ranges, less by averaging

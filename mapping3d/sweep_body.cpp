@@ -21,7 +21,7 @@ constexpr float kSameM = 0.03F;            // noise of lasers
 constexpr double kPlaceM = 0.3;            // places lie this far apart
 constexpr std::size_t kMostPlaces = 24;
 constexpr double kUsualPart = 0.3;  // of a bearing's returns: below it no range is usual
-constexpr double kEdgePart = 0.03;  // of a bearing's returns, beside a part of the robot
+constexpr double kEdgePart = 0.03;  // of a bearing's returns, next to a part of the robot
 constexpr std::size_t kWidestEdge = 5;
 constexpr double kMarginM = 0.05;
 // Of beams that reach a place: a small beam's width; and where the floor is seen at a slant of less

@@ -13,7 +13,8 @@ struct ForeignChannel {
   std::string fingerprint;  ///< of the message type, 16 hex digits
   std::string meaning;      ///< lidar, odometry, encoders, true_pose or ignore
   bool clockwise = false;   ///< lidar: bearings run clockwise
-  /// lidar_t of MBot: its drivers count bearings in two senses; the stamp tells (settle_direction).
+  /// lidar_t of MBot: its drivers count bearings in two senses; the stamp decides
+  /// (settle_direction).
   bool direction_by_stamp = false;
   double range_min_m = 0.05;
   double range_max_m = 30.0;     ///< lidar: this range and more is no return
@@ -34,8 +35,8 @@ struct ForeignChannel {
   }
 };
 
-/// What a recording of ROS messages does not tell, or tells wrongly. All of it is found out where
-/// it can be; table `ros` of `--foreign FILE`, or of NAME.marco.toml beside the recording NAME.
+/// What a recording of ROS messages lacks, or states wrongly. All of it is detected if possible;
+/// table `ros` of `--foreign FILE`, or of NAME.marco.toml next to the recording NAME.
 struct RosOptions {
   std::string laser;            ///< a topic; "": the fixed laser that sees most, and one that nods
   std::string odometry;         ///< a topic, "tf" or "none"

@@ -12,7 +12,7 @@
 
 namespace marco {
 
-/// Odometry of a base that tells only the ticks of its wheels.
+/// Odometry of a base that reports only the ticks of its wheels.
 class TickOdometry {
  public:
   OdometrySample add(const maebot_encoders_t& ticks, const ForeignChannel& base);
@@ -26,7 +26,7 @@ class TickOdometry {
 /// live. Not thread-safe.
 class ForeignMessages {
  public:
-  /// A scan is given on LIDAR, or on LIDAR_RAW where it tells the times of its beams.
+  /// A scan goes to LIDAR, or to LIDAR_RAW if it has the times of its beams.
   /// @param entry  of the message's channel; its meaning is lidar, odometry, encoders or true_pose
   /// @throws std::invalid_argument saying what is wrong with the message.
   Sample decode(std::span<const uint8_t> bytes, const ForeignChannel& entry);

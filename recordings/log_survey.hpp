@@ -25,7 +25,7 @@ struct LoggedChannel {
   int64_t complete_us = 0;           ///< from its stamp to when it is measured, of a laser's scan
 };
 
-/// What a first pass over an LCM log tells.
+/// Results of a first pass over an LCM log.
 struct LogSurvey {
   std::map<std::string, LoggedChannel> channels;
   std::string lidar_channel;  ///< the first laser's: its clock is the log's

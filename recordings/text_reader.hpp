@@ -12,7 +12,7 @@
 namespace marco::files {
 
 /// Base of the readers of text logs with one record a line. A subclass reads the file twice:
-/// survey() tells it which range means "no return" before the first sample.
+/// survey() finds which range means "no return" before the first sample.
 class TextReader : public QueuedReader {
  public:
   double progress() const final;

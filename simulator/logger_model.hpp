@@ -17,7 +17,7 @@ class LoggerModel {
 
   /// When a beam is measured [s after the scan began], where its message says `said_s`.
   double measured_s(double said_s) const;
-  /// From first beam to last, as SENSOR_INFO tells it.
+  /// From first beam to last, as in SENSOR_INFO.
   double told_duration_s() const;
   /// The stamp of a scan that began at `began_s` after `start`. @returns nothing when the scan is
   /// lost.

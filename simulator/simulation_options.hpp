@@ -129,7 +129,7 @@ struct RobotOptions {
   double spin_deg_per_s = 0.0;             ///< the pan turns all the time
   double pantilt_rate_deg_per_s = 45.0;    ///< between sweeps
   double pantilt_state_hz = 100.0;  ///< 0 = no pan-tilt: the laser sits where it would be at rest
-  /// What ODOMETRY tells: `wheels`, `gyro` (the turns alone, without drift and slip), `still` (a
+  /// Contents of ODOMETRY: `wheels`, `gyro` (the turns alone, without drift and slip), `still` (a
   /// pose that never moves) or `none` (not sent).
   std::string odometry = "wheels";
 

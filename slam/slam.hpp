@@ -53,7 +53,7 @@ struct SlamOptions {
     visit_without_culling(v);
     v("culling", culling);
   }
-  /// What a mapper is told that keeps all its keyframes.
+  /// Settings of a mapper that keeps all its keyframes.
   template <class Visitor>
   void visit_without_culling(Visitor& v) {
     keyframes.visit(v);
@@ -75,7 +75,7 @@ struct SlamInput {
   MotionInput motion;
   /// The scan was deskewed by odometry; else its match straightens it, see straightening.hpp.
   bool deskewed_by_odometry = false;
-  /// What the beams' times may be beside those that the scan has, one a beam; mostly none.
+  /// Alternative times of the beams, one per beam; mostly none.
   std::vector<std::vector<float>> rival_times_s;
   bool level = true;     ///< false: taken with the laser tilted; the pose is carried on without it
   bool may_draw = true;  ///< false: gets a pose, but never becomes part of the map
@@ -94,7 +94,7 @@ struct SlamUpdate {
   bool trajectory_changed = false;  ///< older poses moved: a loop was closed
 };
 
-/// The pipeline of scan SLAM: predict, match, gate, keyframe, update; loop closures beside it.
+/// The pipeline of scan SLAM: predict, match, gate, keyframe, update; loop closures in parallel.
 ///
 /// The world frame is the first scan's robot frame. Deterministic: a pure function of its inputs.
 /// Not thread-safe. Redundant keyframes are culled, so that the map grows with the area; the path

@@ -53,8 +53,7 @@ MatchedScan Slam::matched_scan(const SlamInput& input,
   return best;
 }
 
-// Matches can fall behind odometry by a little each scan: beside clutter at a wall, by 1.4 m in
-// all.
+// Matches can fall behind odometry by a little each scan: along clutter at a wall, by 1.4 m in all.
 void Slam::try_where_odometry_says(const MotionInput& input, MatchedScan& best) const {
   const Pose2& before = estimate_.world_from_robot;
   const auto missed =
@@ -70,7 +69,8 @@ void Slam::try_where_odometry_says(const MotionInput& input, MatchedScan& best) 
       there.world_from_robot.translation_m() - best.match.world_from_robot.translation_m();
   const Eigen::Vector2d asked_m =
       prior.map_from_robot.translation_m() - best.match.world_from_robot.translation_m();
-  // Wheels that slip in a bare corridor look the same: loops will tell. One that came back is sure.
+  // Wheels that slip in a bare corridor look the same: loop closure decides. A match that returned
+  // to odometry confirms it.
   if (jump_m.norm() > match_gates::kStayed * asked_m.norm()) {
     best.doubt.topLeftCorner<2, 2>() = jump_m * jump_m.transpose();
   }

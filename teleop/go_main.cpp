@@ -22,7 +22,7 @@ namespace {
 using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names
 using drivers::wall_now;
 
-constexpr double kFindPlaceS = 3.0;  ///< for SLAM_POSE and ODOMETRY to be heard
+constexpr double kFindPlaceS = 3.0;  ///< for SLAM_POSE and ODOMETRY to arrive
 
 /// What the network says: where the robot is, and what the base makes of the order.
 struct Ear {

@@ -20,7 +20,7 @@ class HeadMove {
   enum class Next {
     wait,
     there,
-    ended  ///< it stands elsewhere: it reaches no farther, was told otherwise, or does not move
+    ended  ///< it stands elsewhere: at its limit, by another order, or because it does not move
   };
   /// Once for each state that comes after the order was given.
   Next on_state(const PanTiltState& state);

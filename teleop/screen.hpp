@@ -22,7 +22,7 @@ struct RobotView {
   int far_tiles = 0;  ///< in a row, that were refused
   double speed_factor = 1.0;
   std::string gamepad_trouble;  ///< why it is not obeyed
-  std::string notice;           ///< why something is not heard; "" = all is
+  std::string notice;           ///< why data are missing; "" = none are
 
   /// A tile of another raster than the others' begins a new map.
   /// @throws std::invalid_argument for one so far from the others that no map is so large; the

@@ -16,8 +16,8 @@ class Keyboard {
   Keyboard(const Keyboard&) = delete;
   Keyboard& operator=(const Keyboard&) = delete;
 
-  /// An arrow is told as one of the letters below. @throws std::runtime_error when the terminal was
-  /// closed.
+  /// An arrow is returned as one of the letters below. @throws std::runtime_error when the terminal
+  /// was closed.
   std::optional<char> key();
   bool terminal() const { return terminal_; }
 

@@ -8,7 +8,7 @@
 
 namespace marco::teleop {
 
-/// What a tour hears of base and pan-tilt, and whether it still hears them.
+/// What a tour receives from base and pan-tilt, and whether they are still alive.
 class TourLinks {
  public:
   void need_head() { needs_head_ = true; }

@@ -9,7 +9,7 @@
 namespace marco::viewer {
 namespace {
 
-// OpenCV draws at 1/16 pixel when told so; finer than an eye sees.
+// OpenCV can draw at 1/16 pixel; finer than an eye sees.
 constexpr int kShift = 4;
 constexpr double kCapitalOfHersheyPx = 21.0;
 constexpr int kFont = cv::FONT_HERSHEY_DUPLEX;

@@ -50,7 +50,7 @@ void FilmWriter::add(const Picture& picture) {
 
 void FilmWriter::finish() {
   implementation_->writer.release();
-  // OpenCV tells nothing of a full disk: the film is read back.
+  // OpenCV does not report a full disk: the film is read back.
   cv::VideoCapture film(implementation_->file.unfinished_path(), cv::CAP_FFMPEG);
   const int whole = static_cast<int>(film.get(cv::CAP_PROP_FRAME_COUNT));
   if (!film.isOpened() || whole < frames_)

@@ -121,7 +121,7 @@ void main() {
 )";
 
 // McGuire, Mara, Luebke: Scalable Ambient Obscurance (HPG 2012), eq. 9 and 10; the normal comes
-// from the nearer neighbour on each axis, so that it is right beside edges too.
+// from the nearer neighbour on each axis, so that it is right next to edges, too.
 const char* const kOcclusion = R"(
 uniform sampler2D depth;
 uniform mat4 camera_from_clip;

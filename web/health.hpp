@@ -21,7 +21,7 @@ struct ChannelHealth {
   double age_s = 0.0;
 };
 
-/// What the page's health is made of, beside what Health itself keeps.
+/// Inputs of the page's health, besides Health's own state.
 struct Surroundings {
   std::vector<ChannelHealth> channels;
   std::vector<HealthFinding> findings;

@@ -8,7 +8,7 @@
 namespace marco::web {
 namespace {
 
-constexpr std::size_t kBatch = 100;  // channels told at once, as the SDK does
+constexpr std::size_t kBatch = 100;  // channels announced at once, as the SDK does
 
 constexpr std::size_t kRoomBytes = std::size_t{1} << 20;  // more waits: parts wait, too
 

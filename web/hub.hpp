@@ -130,7 +130,7 @@ class Hub {
     Link link;
     Who who;
     Outbox outbox;
-    std::deque<std::pair<uint32_t, uint64_t>> parts;  // channels to be told, from where
+    std::deque<std::pair<uint32_t, uint64_t>> parts;  // channels to announce, from where
     bool has_turn = false;                            // for a part
     double heard_s = 0.0;
     bool says_alive = false;

@@ -30,9 +30,9 @@ class Outbox {
   static constexpr std::size_t kLargeBytes = std::size_t{32} << 10;
   static constexpr std::size_t kMostControlBytes = std::size_t{8} << 20;
 
-  /// @returns false when so much waits that the client must be let go.
+  /// @returns false when the queue is so long that the client must be disconnected.
   bool push_control(Outgoing message);
-  /// @param slot  part of the channel that the message tells of, e.g. a tile: others stay
+  /// @param slot  part of the channel that the message is about, e.g. a tile: others stay
   void push_data(uint32_t channel, uint64_t slot, Outgoing message);
   /// Forgets what waits of a channel.
   void drop(uint32_t channel);

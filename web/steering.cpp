@@ -88,7 +88,7 @@ void Steering::drive(Client client, Velocity velocity, Utime now) {
   const bool is_held = driver_ != 0 && now >= heard_ && (now - heard_).seconds() < kOrderHoldsS;
   require(!is_held || driver_ == client, "another client drives");
   if (velocity.is_rest()) {
-    // A stick at rest orders nothing, unless it was let go just now: a goal may be under way.
+    // A stick at rest orders nothing, unless it was just released: a goal may be active.
     if (driver_ == client) {
       waiting_.reset();
       stop_waits_ = true;

@@ -22,8 +22,8 @@ std::string picture_of_map(const std::filesystem::path& folder);
 /// map_2.pgm ... A reader of the old yaml never finds a newer picture under its name.
 std::string next_picture_name(const std::string& picture_before);
 
-/// Reads a map.yaml and the picture it names (binary PGM), of ours or of map_server. The picture
-/// lies beside the yaml or below; no link leads out.
+/// Reads a map.yaml and the picture it names (binary PGM), of ours or of map_server. The picture is
+/// in the yaml's folder or below; no link points outside.
 /// @throws std::invalid_argument naming file and what was wrong.
 GridMap read_map(const std::filesystem::path& yaml_path);
 

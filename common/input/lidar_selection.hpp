@@ -10,7 +10,7 @@ namespace marco {
 
 /// Of a laser whose scans come on two channels, as LIDAR and with beam times as LIDAR_RAW, the raw
 /// ones are used, and each scan once. Planar ones are used until the first raw one comes, and again
-/// when none has come for a second of message time. It also tells scans that repeat the last one,
+/// when none has come for a second of message time. It also detects scans that repeat the last one,
 /// as in logs of two recorders that were merged. Not thread-safe.
 class LidarSelection {
  public:

@@ -12,13 +12,12 @@ namespace marco {
 /// wheels can tell.
 bool stood_still(const Pose2& before, const Pose2& now);
 
-/// Odometry, to be asked for the pose at a scan.
-///
-/// Odometry that has a scan's own stamp and is delivered beside it came with it: it holds for the
-/// scan, however wrong the stamp. Some loggers, though, look such odometry up by the scan's stamp
-/// before they write it; it then belongs to another moment wherever the stamp had to be repaired.
-/// Which it is, the repaired scans of a moving robot tell: by odometry that was looked up it moved
-/// as little as the stamps, by odometry that came along it moved on. Not thread-safe.
+/// Odometry, to be asked for the pose at a scan. Odometry with a scan's own stamp, delivered
+/// together with it, belongs to it: it holds for the scan, however wrong the stamp. Some loggers,
+/// though, look such odometry up by the scan's stamp before they write it; it then belongs to
+/// another moment wherever the stamp had to be repaired. Which it is, the repaired scans of a
+/// moving robot tell: by odometry that was looked up it moved as little as the stamps, by odometry
+/// that came along it moved on. Not thread-safe.
 class OdometryTrack {
  public:
   /// A scan as far as odometry is concerned.
@@ -26,7 +25,7 @@ class OdometryTrack {
     Utime stamp;     ///< as delivered
     Utime repaired;  ///< StampRepair's
     double period_s = 0.0;
-    std::optional<Pose2> own;  ///< delivered beside it
+    std::optional<Pose2> own;  ///< delivered with it
   };
 
   /// Whether the base's driver or board was restarted before `sample`, so that it counts from

@@ -69,7 +69,8 @@ class OwnBody {
     float range_m = 0.0F;
     int32_t same = 0;
     int32_t other = 0;
-    int32_t free_before = 0, free_after = 0;  ///< of the same: nothing near it beside it
+    int32_t free_before = 0,
+            free_after = 0;  ///< of the same: nothing near at the neighbouring bearings
 
     template <class Visitor>
     void visit(Visitor& v) {

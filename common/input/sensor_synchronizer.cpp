@@ -47,7 +47,7 @@ void SensorSynchronizer::start_session() {
   restore({});
   lidars_.clear();
   rates_.clear();
-  said_of_beams_.clear();
+  reported_channels_.clear();
 }
 
 const SensorInfo* SensorSynchronizer::sensor_of(const std::string& channel) const {
@@ -155,8 +155,8 @@ void SensorSynchronizer::blank_body_and_floor(LaserScan& scan) {
 
 BeamVerdict SensorSynchronizer::repair_beams(LaserScan& scan, double period_s) {
   const auto wrong = repair_beam_times(scan, period_s);
-  if (wrong && said_of_beams_.insert(scan.channel).second) drop_(scan.channel + ": " + *wrong);
-  // A laser that says how long its scan takes has told the times of its beams.
+  if (wrong && reported_channels_.insert(scan.channel).second) drop_(scan.channel + ": " + *wrong);
+  // A laser that gives the duration of its scan gives the times of its beams.
   if (scan.time_offsets_s.empty() && is_turn_period(sensor_of(scan.channel)->scan_duration_s)) {
     return {};
   }
@@ -237,7 +237,7 @@ SynchronizedScan SensorSynchronizer::synchronized(WaitingScan waiting) {
   return result;
 }
 
-// One that gives scans: it is matched, and what nods beside it sees other places of other errors.
+// With a level laser that sends scans, a nodding laser is used for 3D only.
 bool SensorSynchronizer::has_level_laser() const {
   return std::any_of(state_.stamps.begin(), state_.stamps.end(), [this](const auto& laser) {
     const SensorInfo* info = sensor_of(laser.first);

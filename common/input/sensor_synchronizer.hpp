@@ -80,7 +80,7 @@ struct SynchronizerState {
   std::deque<WaitingScan> waiting;
   Utime newest;                     ///< the last scan's repaired stamp
   bool odometry_restarted = false;  ///< and no scan has come since
-  bool pantilt_is_silent = false;   ///< it was waited for in vain
+  bool pantilt_is_silent = false;   ///< timed out
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -169,7 +169,7 @@ class SensorSynchronizer {
   RangeUnits range_units_;
   OdometryUnits odometry_units_;
   RateWatch rates_;
-  std::set<std::string> said_of_beams_;  ///< channels whose beam times were repaired
+  std::set<std::string> reported_channels_;  ///< channels whose beam times were repaired
   std::deque<SynchronizedScan> complete_;
 };
 

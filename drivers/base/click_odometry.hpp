@@ -19,7 +19,7 @@ class ClickOdometry {
   ClickOdometry(double metres_per_click, double track_m)
       : metres_per_click_(metres_per_click), track_m_(track_m) {}
 
-  /// The pose after a step that the counters have told; the next one begins there.
+  /// The pose after a step reported by the counters; the next one begins there.
   OdometrySample count(const Step& step, Utime measured);
   /// The pose after a step that is only expected.
   OdometrySample predict(const Step& step, Utime now);

@@ -129,7 +129,7 @@ void LocalMap::pass_points(std::span<const SeenBeam> beams) {
     Hit& hit = hits_[wrapped(x, y, kHitCells)];
     if (hit.when == Utime{}) return;
     const std::size_t i = beam_towards(beams, hit.point_m);
-    if (i == 0 || i + 1 == beams.size()) return;  // nobody knows what is beside it
+    if (i == 0 || i + 1 == beams.size()) return;  // the neighbour is unknown
     // A neighbour without an answer says neither yes nor no.
     const double free_m = std::min(
         {free_to_m(beams[i], 0.0), free_to_m(beams[i - 1], kAny), free_to_m(beams[i + 1], kAny)});

@@ -84,9 +84,9 @@ class ObstacleGuard {
     BaseVelocity velocity;  ///< the largest part of the order, along its arc, that is allowed
     std::string why = {};   ///< it is not all of it
   };
-  /// @param order  the base would be told now.
+  /// @param order  would be sent to the base now.
   Verdict judge(const BaseVelocity& order, const Drive& drive);
-  /// The base is told this, and nothing else until the next call.
+  /// The base gets this order, and no other until the next call.
   void on_sent(const BaseVelocity& order) { forecast_.on_sent(order, around_.now()); }
   /// It rests, and nothing that was sent is under way to its wheels.
   void on_rest() { forecast_.on_rest(); }

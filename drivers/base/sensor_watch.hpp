@@ -37,7 +37,7 @@ class SensorWatch {
 
   /// nullptr: not known yet.
   const SensorInfo* info_of(const std::string& sensor) const;
-  /// Nothing: it sits on a pan-tilt that is not heard.
+  /// Nothing: it is on a pan-tilt that sends no angles.
   std::optional<Pose3> robot_from(const SensorInfo& laser, Utime now) const;
   /// The heights at which a laser's returns count: all of a level laser, since what it sees is as
   /// high as the robot.

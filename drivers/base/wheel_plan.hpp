@@ -9,8 +9,8 @@
 
 namespace marco::drivers {
 
-/// Plans the speeds of a base whose wheels turn as fast as they are told: moves, turns and
-/// velocities are trapezoids, closed by the wheels' ticks. No clock of its own.
+/// Plans the speeds of a base with speed-controlled wheels: moves, turns and velocities are
+/// trapezoids, closed by the wheels' ticks. No clock of its own.
 class WheelPlan {
  public:
   /// From an order to the wheels and back.
@@ -30,7 +30,7 @@ class WheelPlan {
   double leg_remaining(const Pose2& odom_from_robot) const;
   /// Goals that the speeds follow.
   void drive(double velocity_m_per_s, double yaw_rate_rad_per_s);
-  /// Ends a leg; the speeds follow down to 0. came_to_stand() tells when.
+  /// Ends a leg; the speeds follow down to 0. came_to_stand() reports when.
   void stop();
   /// The speeds are 0 at once.
   void halt() { velocity_.speed = velocity_.goal = rate_.speed = rate_.goal = 0.0; }

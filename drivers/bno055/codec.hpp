@@ -71,7 +71,7 @@ struct Reply {
   std::optional<uint8_t> status;  ///< or
   Bytes data;
 };
-/// Takes the sensor's replies apart. Nothing tells where one begins but what was asked for.
+/// Parses the sensor's replies. Only the request determines where a reply begins.
 class ReplyParser {
  public:
   /// A request has been sent: what came before is forgotten. @param count  bytes to read; 0 = it

@@ -114,7 +114,7 @@ void Bno055Driver::on_reply(const Reply& reply, Utime left, Utime now) {
       next_request_ = next_sample_;
       return;
     case Phase::reading:
-      // One that does not measure tells zeros.
+      // A sensor that does not measure sends zeros.
       if (std::all_of(reply.data.begin(), reply.data.end(), [](uint8_t b) { return b == 0; })) {
         phase_ = Phase::checking_mode;
         next_request_ = now;

@@ -62,7 +62,7 @@ struct Options {
   }
 };
 
-/// Sleeps in short naps, so that a stop is heard. @returns false once it is to stop.
+/// Sleeps in short steps, so that a stop is noticed. @returns false once it is to stop.
 bool pause_until(Utime when) {
   while (!process::stop_requested() && drivers::wall_now() < when) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -90,7 +90,7 @@ void CreateBase::on_sensors(const Sensors& sensors, Utime left) {
 
 /// @returns whether the wheels turned.
 bool CreateBase::count(const Sensors& sensors, Utime left) {
-  // Frames may come in a heap.
+  // Frames may arrive in bursts.
   const double step_s = std::max(kStreamS, last_left_ ? (left - *last_left_).seconds() : 0.0);
   last_left_ = left;
   const auto step = counters_.count(sensors.left_ticks, sensors.right_ticks, step_s);

@@ -9,8 +9,8 @@
 #include "common/robot_values.hpp"
 #include "drivers/transport/unread_bytes.hpp"
 
-/// Records of the Linux joystick interface (/dev/input/jsN), eight bytes each:
-/// time u32 [ms] | value s16 | type u8 (1 button, 2 axis, + 80 when told at opening) | number u8.
+/// Records of the Linux joystick interface (/dev/input/jsN), eight bytes each: time u32 [ms] |
+/// value s16 | type u8 (1 button, 2 axis, + 80 in the initial report) | number u8.
 namespace marco::drivers::gamepad {
 
 struct Event {
@@ -37,7 +37,7 @@ class RecordReader {
   UnreadBytes unread_;
 };
 
-/// A gamepad as its events leave it. Axes and buttons not yet heard of are at rest.
+/// State of a gamepad after its events. Axes and buttons without an event are at rest.
 class GamepadModel {
  public:
   void apply(const Event& event, Utime when);

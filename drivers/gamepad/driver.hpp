@@ -20,7 +20,7 @@ class GamepadDriver {
   /// Waits up to `timeout_ms`. @returns the new states, oldest first; without any, the last one
   /// each kRepeatS while the device is there; a state with connected = false when it was lost.
   std::vector<GamepadState> step(int timeout_ms, Utime now);
-  /// At the end: what tells the others that it is gone; nothing when no state was ever told.
+  /// At the end: the message that it has disconnected; nothing if no state was ever sent.
   std::optional<GamepadState> leave(Utime now);
   bool open() const { return file_.valid(); }
   /// Why the device is not open; "" when it is.
@@ -37,7 +37,7 @@ class GamepadDriver {
   RecordReader reader_;
   GamepadModel model_;
   Utime next_try_;
-  std::optional<Utime> told_;  ///< when a state was last told of this device
+  std::optional<Utime> told_;  ///< when a state of this device was last sent
   std::string trouble_;
 };
 

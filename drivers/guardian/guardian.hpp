@@ -9,9 +9,9 @@
 
 namespace marco::drivers {
 
-/// The process beside a driver that stops its device when the driver hangs or dies, and keeps the
-/// emergency stop of a base (docs/stopping.md). It knows no protocol: its driver gives it the line,
-/// and the bytes that stop the device.
+/// The driver's companion process that stops its device when the driver hangs or dies, and keeps
+/// the emergency stop of a base (docs/stopping.md). It knows no protocol: its driver gives it the
+/// line, and the bytes that stop the device.
 class Guardian {
  public:
   /// @param driver, beat  shared with it. @param emergency  of a base

@@ -13,10 +13,11 @@ namespace marco::drivers {
 class GuardianWatch {
  public:
   static constexpr int64_t kSilentNs = GuardianBeat::kSilentNs;
-  /// After an emergency stop: a driver that hears takes a step within this.
+  /// After an emergency stop: a working driver takes a step within this.
   static constexpr int64_t kDeafNs = 100'000'000;
   static constexpr int64_t kRepeatNs = 100'000'000;
-  /// Of a driver that is gone the device is stopped so long, but no longer than it takes in vain.
+  /// After a driver's death the device is stopped for the first time; while the line takes no
+  /// bytes, for at most the second.
   static constexpr int64_t kFarewellNs = 1'000'000'000, kInVainNs = 5'000'000'000;
   static constexpr int64_t kLongestWaitNs = 200'000'000;
 

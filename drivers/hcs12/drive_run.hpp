@@ -8,8 +8,8 @@
 
 namespace marco::drivers::hcs12 {
 
-/// The board knows no deadline and no watchdog: once told, it drives to the end of its run. So no
-/// run is long, and the wheels turn no longer than this after the process or the line has died.
+/// The board knows no deadline and no watchdog: once started, it drives to the end of its run. So
+/// no run is long, and the wheels turn no longer than this after the process or the line has died.
 inline constexpr double kVelocityRunS = 1.0;
 inline constexpr double kLegRunS = 5.0;
 inline constexpr uint32_t kMaxClicksPerTick = 90;  ///< what a wheel can do
@@ -63,7 +63,7 @@ class DriveRun {
   RunOrder rest() const;
   /// The next piece of a long leg; what this one drove too far is taken off.
   RunOrder next_piece() const;
-  /// How fast the board worked off its ramp; nothing when that cannot be told.
+  /// How fast the board followed its ramp; nothing if that is unknown.
   std::optional<double> pace() const;
 
   RunOrder order;

@@ -39,7 +39,7 @@ struct Motor {
   void stop(int idle_pwm);
 };
 
-/// `w`: the board answers when its timer has run out or when all conditions it was told to look at
+/// `w`: the board answers when its timer has run out or when all conditions it was ordered to check
 /// hold.
 class WaitCommand {
  public:

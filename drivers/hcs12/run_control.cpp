@@ -51,8 +51,8 @@ void RunControl::forget() {
   lost_run_.reset();
 }
 
-// The board has been told to stop; its counters know what it drove meanwhile. The next status is
-// waited for: what the driver asks for while it sets up the board comes first.
+// The board was ordered to stop; its counters hold the distance driven meanwhile. The next status
+// is waited for: what the driver asks for while it sets up the board comes first.
 void RunControl::take_up_lost_run(Utime now) {
   if (!lost_run_) return;
   constexpr double kLongAgoS = 60.0;

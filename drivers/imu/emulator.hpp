@@ -26,7 +26,7 @@ struct ImuEmulatorOptions {
   uint64_t seed = 1;
 };
 
-/// A WT901: streams acceleration, rates and angles at ten a second until it is told otherwise.
+/// A WT901: streams acceleration, rates and angles at 10 Hz unless configured otherwise.
 class ImuEmulator : public Emulator {
  public:
   ImuEmulator(std::function<Motion(Utime)> motion, const ImuEmulatorOptions& options = {});

@@ -31,7 +31,8 @@ struct LdlidarEmulatorOptions {
 
 LdlidarEmulatorOptions stl27l();
 
-/// The laser as seen through its line. It hears nothing; at another speed a client reads garbage.
+/// The laser as seen through its line. It receives nothing; at another baud rate a client reads
+/// garbage.
 class LdlidarEmulator final : public Emulator {
  public:
   LdlidarEmulator(LaserWorld world, const LdlidarEmulatorOptions& options);

@@ -23,8 +23,7 @@ struct P2osEmulatorOptions {
   int host_baud = 0;         ///< in its flash: 0 9600, 1 19200, 2 38400, 3 57600, 4 115200
 };
 
-/// The motion of an emulated Pioneer: its wheels do what they are told, its own dead reckoning is
-/// exact.
+/// The motion of an emulated Pioneer: its wheels follow orders, its own dead reckoning is exact.
 class EmulatedDrive {
  public:
   explicit EmulatedDrive(const P2osEmulatorOptions& options);

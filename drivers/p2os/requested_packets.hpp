@@ -27,8 +27,8 @@ struct P2osWorld {
   Touch touched(int bumpers_each_end) const;
 };
 
-/// The emulated robot's answers: what it tells only when it is asked, and the camera head at its
-/// second serial port.
+/// The emulated robot's answers: packets sent only on request, and the camera head at its second
+/// serial port.
 class RequestedPackets {
  public:
   /// All outlive it.

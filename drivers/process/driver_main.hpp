@@ -22,7 +22,7 @@ template <class Options>
 struct DriverProgram {
   std::string name;  ///< "marco-base"
   std::string description;
-  /// Drives the device until it is told to stop, with the options as given. @returns the exit code
+  /// Drives the device until a stop signal, with the options as given. @returns the exit code
   std::function<int(const process::CommonArguments&, const Options&)> run;
   std::optional<DriverSwitch<Options>> extra = std::nullopt;
 };

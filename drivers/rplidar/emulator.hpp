@@ -67,7 +67,7 @@ class RplidarEmulator final : public Emulator {
   void send_batch();
   void send_nodes();
   void send_capsule();
-  /// When the next block leaves: an ultra capsule tells a sample by the one behind it.
+  /// When the next block leaves: an ultra capsule encodes a sample relative to the next one.
   Utime next_batch() const {
     return sample_time(next_sample_ + batch() + (scan_kind_ == kUltraCapsules ? 1 : 0));
   }

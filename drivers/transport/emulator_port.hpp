@@ -12,8 +12,8 @@ struct pollfd;
 namespace marco::drivers {
 
 /// Runs an emulator in real time behind a pseudo-terminal or a TCP server, one client at a time. A
-/// client of the pseudo-terminal sees a serial port; the emulator is told the baud rate it sets.
-/// Not thread-safe: one thread serves the ports of a simulator (serve_ports).
+/// client of the pseudo-terminal sees a serial port; the emulator learns the baud rate that it
+/// sets. Not thread-safe: one thread serves the ports of a simulator (serve_ports).
 class EmulatorPort {
  public:
   /// @param emulator outlives the port.

@@ -6,7 +6,7 @@
 
 /// A simulator's link `ports/base` leads to a pseudo-terminal. When the simulator is killed, the
 /// link remains and the system reuses the terminal's number, for instance for a person's shell. So
-/// a simulator holds a lock beside each link, `ports/.base.lock`. The lock names the terminal and
+/// a simulator holds a lock next to each link, `ports/.base.lock`. The lock names the terminal and
 /// ends with the process. A driver checks it before it opens a pseudo-terminal.
 namespace marco::drivers {
 

@@ -125,7 +125,7 @@ void YdlidarDriver::on_timeout() {
     case Phase::stopping:
       return enter(tries_ == 1 ? Phase::stopping : Phase::asking_info);
     case Phase::asking_info:
-      // It talks and does not listen. A stop may have been lost, so it is told more than once.
+      // It sends and does not listen. A stop may have been lost, so it is repeated.
       if (unasked_packets_ >= kTalks && tries_ < kTries) {
         send(kStop);
         return enter(Phase::asking_info);

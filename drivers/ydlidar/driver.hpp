@@ -29,9 +29,9 @@ struct YdlidarOptions {
   }
 };
 
-/// Searches the speed at which the laser answers, or talks by itself (X2, which hears nothing);
-/// asks what it is and how it feels; starts motor and scan. How samples are written and how often
-/// they come is known from what arrives. Each turn of the head is a scan with irregular bearings.
+/// Searches the baud rate at which the laser answers, or sends by itself (transmit-only X2);
+/// queries its type and health; starts motor and scan. Sample format and rate are detected from the
+/// data. Each turn of the head is a scan with irregular bearings.
 class YdlidarDriver final : public LaserDriver {
  public:
   /// @param stream  outlives the driver.
@@ -70,7 +70,7 @@ class YdlidarDriver final : public LaserDriver {
   Phase phase_ = Phase::stopping;
   int tries_ = 0;
   Utime deadline_;           ///< of the phase; while measuring, of the next packet
-  int unasked_packets_ = 0;  ///< in a row, although it was told to stop
+  int unasked_packets_ = 0;  ///< in a row, after a stop was sent
   bool only_talks_ = false;
   std::optional<DeviceInfo> info_;
   std::string trouble_;

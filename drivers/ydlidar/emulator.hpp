@@ -45,7 +45,8 @@ YdlidarEmulatorOptions x2();
 YdlidarEmulatorOptions g4();
 
 /// The laser as seen through its line. A triangulating one measures each sample beside the angle it
-/// reports, as the real one does. At another speed it hears nothing, and a client reads garbage.
+/// reports, as the real one does. At another baud rate it receives nothing, and a client reads
+/// garbage.
 class YdlidarEmulator final : public Emulator {
  public:
   YdlidarEmulator(LaserWorld world, const YdlidarEmulatorOptions& options);

@@ -29,9 +29,9 @@ inline constexpr Limits kNotNegative{0.0, std::numeric_limits<double>::infinity(
 ///       int rounds = 5;
 ///       RefineOptions refine;
 ///       template <class Visitor> void visit(Visitor& v) {
-///         v("search_radius_m", search_radius_m, Limits{0.0, 10.0}, "What it is. When to change
-///         it."); v.advanced("rounds", rounds, Limits{1, 10}, "The same, of a setting for
-///         experts."); v("refine", refine);
+///         v("search_radius_m", search_radius_m, Limits{0.0, 10.0}, "Meaning. When to change it.");
+///         v.advanced("rounds", rounds, Limits{1, 10}, "The same, for experts.");
+///         v("refine", refine);
 ///       }
 ///     };
 ///
@@ -51,7 +51,7 @@ class OptionVisitor {
     std::string_view name;
     Field value;
     Limits limits;
-    std::string_view about;  ///< what it is and when to change it; "" = not told
+    std::string_view about;  ///< meaning, and when to change it; "" = undocumented
     bool advanced;           ///< `--print-config` shows it with `--advanced` only
   };
 

@@ -131,10 +131,10 @@ endfunction()
 # SANITIZED_LATER: slow under the sanitizers; runs there with `./marco test --long` only.
 # LABEL: unit (pure, under a second each, also run under the sanitizers), process (several processes, LCM in a network
 # namespace), replay (real logs; SKIPPED without MARCO_TEST_DATA), long (built by the target long_tests only), peers (against
-# other people's programs; built by whoever depends on it).
+# other people's programs; built by targets that depend on it).
 # Tests run in the folder of their project.
 # SHARDS n: one program, n CTest cases that share its tests and run side by side; for programs that mostly wait. ALONE: the
-# filter of tests that measure time; nothing else runs beside them. BUSY: a process test that computes, rather than waits.
+# filter of tests that measure time; nothing else runs in parallel. BUSY: a process test that computes, rather than waits.
 # `ctest -j` is given twice the number of cores: what computes takes two of these places, what waits takes one. The longest
 # begin first, by their TIMEOUT.
 function(marco_test name)

@@ -46,7 +46,7 @@ class Prober {
   uint32_t sequence_ = 0;
 };
 
-/// The input of diagnose(). Takes up to a second when nothing is heard.
+/// The input of diagnose(). Takes up to a second if no message arrives.
 NetworkState look_at_network(const UdpUrl& url, Prober& prober, int64_t heard_messages);
 
 }  // namespace marco::diagnosis

@@ -9,7 +9,7 @@
 
 #include "lcm_tools/diagnosis/datagram.hpp"
 
-/// Diagnoses from the system's own tables who sends and listens, and why nothing is heard. Pure:
+/// Diagnoses from the system's own tables who sends and listens, and why no message arrives. Pure:
 /// texts of /proc in, findings out; host.hpp reads them.
 namespace marco::diagnosis {
 
@@ -76,7 +76,7 @@ struct NetworkState {
   std::optional<bool> self_test;        ///< whether our own probe came back; nothing: not tried
   bool port_taken = false;              ///< by a process that does not share it
   std::string self_test_error;          ///< the system's message when it could not be sent
-  std::vector<std::string> heard_urls;  ///< other URLs on which LCM messages were heard just now
+  std::vector<std::string> heard_urls;  ///< other URLs with recent LCM messages
   /// Processes that have another URL in their LCM_DEFAULT_URL, and that URL.
   std::vector<std::pair<Process, std::string>> other_urls;
   std::vector<Listener> listeners;
@@ -94,7 +94,7 @@ struct Finding {
 /// The command that lets programs have receive buffers of 8 MB.
 std::string larger_buffers_command();
 
-/// Most certain cause first. While messages are heard: only losses and their causes. Otherwise: at
+/// Most certain cause first. While messages arrive: only losses and their causes. Otherwise: at
 /// least one finding.
 std::vector<Finding> diagnose(const NetworkState& state);
 

@@ -140,7 +140,7 @@ OutputFile::~OutputFile() {
   if (appears_ == Appears::at_once) {
     try {
       flush();
-    } catch (const std::runtime_error&) {  // whoever cares calls flush() or finish()
+    } catch (const std::runtime_error&) {  // callers who need the error use flush() or finish()
     }
   } else if (still_there(descriptor_, part_path_)) {
     unlink(part_path_.c_str());

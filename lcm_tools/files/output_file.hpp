@@ -17,7 +17,7 @@ enum class Appears {
 };
 
 /// A file that is written atomically. Until finish(), and after a failure, PATH is unchanged: the
-/// bytes go to PATH.part beside it, which is created exclusively and locked. A PATH.part left by a
+/// bytes go to PATH.part next to it, which is created exclusively and locked. A PATH.part left by a
 /// killed program is removed; one in use, or a link, is left alone and another name is used.
 ///
 /// PATH may be a link: its target is replaced and keeps its permissions. A terminal, a pipe or

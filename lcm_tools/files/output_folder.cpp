@@ -42,7 +42,7 @@ bool somebody_stands_in(const fs::path& folder) {
   return !none && !here.empty() && *here.begin() != "..";
 }
 
-// Whether a folder beside it, made by us, could stand in its place.
+// Whether a sibling folder that we make can replace it.
 bool can_be_replaced(const fs::path& folder) {
   struct stat status = {};
   const fs::path parent = folder.parent_path();

@@ -19,8 +19,8 @@ struct FolderSeams {
   std::function<int(const std::filesystem::path&, const std::filesystem::path&)> exchange;
 };
 
-/// A folder of results that changes atomically. Everything is written below path(), a folder beside
-/// DIR (DIR.part). commit() syncs it to the disk and exchanges the two names in one step. Until
+/// A folder of results that changes atomically. Everything is written below path(), a folder next
+/// to DIR (DIR.part). commit() syncs it to the disk and exchanges the two names in one step. Until
 /// then DIR is unchanged, whatever happens: an exception, a signal, kill -9, a full disk. A
 /// DIR.part left by a killed program is reused; one in use is locked.
 ///

@@ -4,7 +4,7 @@
 #include <array>
 #include <string_view>
 
-/// The channels of lcm_tools' own messages. The .lcm files beside this header define the messages.
+/// The channels of lcm_tools' own messages. The .lcm files next to this header define the messages.
 namespace marco::channels {
 
 inline constexpr const char* kEmergencyStop = "EMERGENCY_STOP";  ///< emergency_stop_t: all bases

@@ -12,8 +12,8 @@ struct McapResult {
 };
 
 /// Writes an MCAP file: every message that decodes as JSON with the JSON Schema of its type, on a
-/// topic named like its channel, at the event time. A translator adds topics beside these.
-/// Messages of unknown types are left out and counted.
+/// topic named like its channel, at the event time. A translator adds more topics. Messages of
+/// unknown types are left out and counted.
 /// @param make_translator may be empty
 McapResult export_mcap(WalkInput& input,
                        const Types& types,

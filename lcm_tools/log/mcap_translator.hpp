@@ -10,7 +10,7 @@
 
 namespace marco::logs {
 
-/// A message that an MCAP export adds beside the original.
+/// A message that an MCAP export adds to the original.
 struct AddedMessage {
   std::string topic;   ///< "LIDAR/LaserScan"
   std::string schema;  ///< "foxglove.LaserScan"

@@ -127,7 +127,7 @@ class Repair {
     ++report_.lost_places;
     if (report_.lost.size() < kListed) report_.lost.push_back({from, to - from});
   }
-  // One event is held back until the next one tells whether its number and time fit.
+  // One event is held back until the next one shows whether its number and time are right.
   void take(Event event) {
     if (pending_) write(*pending_, &event);
     pending_ = std::move(event);

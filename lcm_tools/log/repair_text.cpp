@@ -8,7 +8,7 @@ std::string to_text(const RepairReport& report) {
   constexpr std::size_t kShown = 12;
   std::string text = "events written   " + std::to_string(report.events) + "\n";
   text += "  as they were   " + std::to_string(report.untouched) + "\n";
-  text += "  mended         " + std::to_string(report.events - report.untouched) + "\n";
+  text += "  repaired       " + std::to_string(report.events - report.untouched) + "\n";
   for (const auto& [what, count] : report.mended) {
     text += "    " + what + ": " + std::to_string(count) + "\n";
   }

@@ -24,7 +24,8 @@ class EmergencyStopSender {
 
   explicit EmergencyStopSender(std::string sender) : sender_(std::move(sender)) {}
 
-  /// @param wall_us the stamp; later than that of any message heard. @returns what to send at once.
+  /// @param wall_us the stamp; later than that of any received message. @returns what to send at
+  /// once.
   const Message& order(EmergencyStop what, std::string reason, int64_t wall_us, int64_t now_us) {
     latest_ = {std::max(wall_us, latest_.utime_us + 1), what == EmergencyStop::engage, sender_,
                std::move(reason)};

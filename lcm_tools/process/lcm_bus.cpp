@@ -33,7 +33,7 @@ int wanted_buffer(const std::string& url) {
   return named > 0 ? named : kReceiveBytes;
 }
 
-/// With as large a buffer as the system gives: LCM would say what it asks for in vain, without a
+/// With as large a buffer as the system gives: LCM would report its failed request, without a
 /// remedy. enlarge_buffer() does the rest.
 std::string with_buffer(std::string url) {
   if (!url.starts_with("udpm:") && !url.starts_with("mpudpm:")) return url;

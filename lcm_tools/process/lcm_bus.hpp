@@ -52,8 +52,8 @@ class LcmBus : public Bus {
                    std::span<const uint8_t> bytes,
                    Utime utime) override;
   /// For what must outlive a network that comes and goes (Wi-Fi). Messages that cannot be sent are
-  /// dropped; the log says so once, with the command that mends it, and again when they are sent.
-  /// Not for who drives: a base that nobody can stop stops.
+  /// dropped; the log reports it once, with the command that fixes it, and again when they are
+  /// sent. Not for who drives: a base that nobody can stop stops.
   void keep_going_without_network() { keep_going_ = true; }
 
   std::map<std::string, int64_t> lost() const override { return lost_; }

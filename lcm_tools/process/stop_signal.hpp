@@ -21,7 +21,7 @@ struct Interrupted : std::runtime_error {
 
 /// For commands that run to an end: these signals make the next end_if_interrupted throw, so
 /// that the command can clean up. A second signal ends the process at once. Call from main.
-/// @param outcome  tells the user the state left behind, e.g. "out is unchanged"
+/// @param outcome  reports the remaining state to the user, e.g. "out is unchanged"
 void catch_interrupts(const std::string& outcome);
 
 /// @throws Interrupted after a signal. Call it often, e.g. between two events.

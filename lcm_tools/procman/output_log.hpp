@@ -18,7 +18,7 @@ struct OutputSpan {
   std::string file;
 };
 
-/// The last lines of each command's output, as a sheriff heard them. Bounded, whatever comes: to
+/// The last lines of each command's output, as a sheriff received them. Bounded, whatever comes: to
 /// kMaxCommandBytes per command and kMaxBytes in all; lines longer than kMaxLineBytes are cut.
 /// Where a message was lost, a line says how much is missing and where to find it, if the deputy
 /// announces the bytes it sends (as ours do).

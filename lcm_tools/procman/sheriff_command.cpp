@@ -1,4 +1,4 @@
-// What the status of a command is, from what was ordered and what was heard.
+// The status of a command, from orders and reports.
 #include <sys/wait.h>
 
 #include <csignal>
@@ -11,7 +11,7 @@ namespace {
 bool ended_well(const CommandStatus& status, bool was_stopped) {
   if (status.exit_code == 0) return true;
   if (!was_stopped) return false;
-  // A program that catches the signal ends as a shell tells it: 128 + the signal.
+  // A program that catches the signal ends as in a shell: 128 + the signal.
   const int signal = WIFSIGNALED(status.exit_code) ? WTERMSIG(status.exit_code)
                                                    : WEXITSTATUS(status.exit_code) - 128;
   return signal == SIGINT || signal == SIGTERM || signal == SIGKILL ||

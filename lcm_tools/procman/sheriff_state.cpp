@@ -160,7 +160,7 @@ bool SheriffState::on_orders(const Orders& orders) {
   return true;
 }
 
-// A guest repeats what it has heard of all other commands: only what is newer counts.
+// A guest repeats the reports on all other commands: only newer ones count.
 void SheriffState::adopt(const Orders& guests) {
   for (const CommandOrder& order : guests.commands) {
     const auto at = commands_.find(order.spec.id);

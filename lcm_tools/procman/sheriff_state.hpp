@@ -12,7 +12,7 @@
 namespace marco::procman {
 
 enum class Status {
-  unknown,  ///< its deputy was not heard yet
+  unknown,  ///< its deputy has not reported yet
   starting,
   restarting,
   running,
@@ -31,7 +31,7 @@ struct SheriffCommand {
   std::string deputy;
   int32_t desired_runid = 0;
   bool force_quit = false;
-  std::optional<CommandStatus> reported;  ///< none until its deputy was heard
+  std::optional<CommandStatus> reported;  ///< none until its deputy has reported
   bool removing = false;                  ///< stopped first, then forgotten
 
   Status status() const;
@@ -49,11 +49,11 @@ struct SheriffDeputy {
   int64_t heard_us = 0;  ///< monotonic
 };
 
-/// Begins the ids of those who give single orders beside the sheriff at work, which adopts them.
+/// Prefix of the ids of senders of single orders, which the active sheriff adopts.
 inline constexpr const char* kGuest = "guest:";
 
 /// The state machine of a sheriff: the public procman's protocol, without clock or network. An
-/// order given before its deputy was heard waits, so that no running command is started twice.
+/// order given before its deputy has reported waits, so that no running command is started twice.
 class SheriffState {
  public:
   explicit SheriffState(std::string sheriff_id, bool observer = false);
@@ -84,8 +84,8 @@ class SheriffState {
   bool observer() const { return observer_; }
   void set_observer(bool observer) { observer_ = observer; }
 
-  /// Orders to send now, to deputies that were heard: after a change, and once a second. None for
-  /// an observer.
+  /// Orders to send now, to deputies that have reported: after a change, and once a second. None
+  /// for an observer.
   std::vector<Orders> take_due_orders(int64_t now_utime_us, int64_t now_us);
 
   /// What an observer orders once of one command: all that is wanted of its deputy, with this one

@@ -12,9 +12,9 @@
 namespace {
 
 constexpr const char* kHelp =
-    R"(Records all channels with lcm-logger: each start a folder in FOLDER, named by its time, with pieces of 500 MB
-(MARCO_RECORD_MB). A tenth of the disk stays free, at most 5 GB: the oldest recordings are deleted, and it says so; none
-that was kept (marco-log keep), renamed or put there by others. When none may go, recording waits for room.)";
+    R"(Records all channels with lcm-logger: each start makes a folder in FOLDER, named by its time, with pieces of 500 MB
+(MARCO_RECORD_MB). Keeps a tenth of the disk free, at most 5 GB: it deletes the oldest recordings and reports this, but never
+one that was kept (marco-log keep), renamed or put there by others. If none may be deleted, recording waits for space.)";
 
 std::string piece_mb() {
   const char* given = std::getenv("MARCO_RECORD_MB");

@@ -25,7 +25,7 @@ class Recorder {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// @param say  told what happens, a line each
+  /// @param say  called with one line per event
   Recorder(RecorderOptions options, std::function<void(const std::string&)> say);
 
   /// Call a few times a second. @throws std::runtime_error when lcm-logger is not installed.

@@ -10,18 +10,17 @@
 
 namespace marco::relay {
 
-/// Which messages a relay passes on, in both directions.
-///
-/// Orders stay where they are unless the user asks for them: a robot that obeys whoever reaches its
-/// port is a danger, procman's orders start any program, and over a link that stalls an order to
-/// move comes late. Orders are the channels that the caller names, and those whose names say so
-/// (CMD, COMMAND, ORDERS). One order passes always: EMERGENCY_STOP while it says stop.
+/// Which messages a relay passes on, in both directions. Orders do not pass unless the user permits
+/// it: a robot that obeys everybody who reaches its port is a danger, procman's orders start any
+/// program, and over a link that stalls an order to move comes late. Orders are the channels that
+/// the caller names, and those whose names say so (CMD, COMMAND, ORDERS). One order passes always:
+/// EMERGENCY_STOP while it says stop.
 class ChannelRule {
  public:
   enum class Orders { held_back, passed_on };
 
   /// @param channels  POSIX extended, matched against the whole name; "" = all
-  /// @param orders    names of channels that are orders beside procman's
+  /// @param orders    names of channels that are orders besides procman's
   /// @throws std::invalid_argument for an expression that is none
   ChannelRule(const std::string& channels, std::vector<std::string> order_channels, Orders orders);
 

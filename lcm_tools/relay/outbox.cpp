@@ -5,7 +5,7 @@
 
 namespace marco::relay {
 
-// What a message takes in memory beside its bytes, or millions of empty ones would be free.
+// Memory per message besides its bytes; otherwise millions of empty ones would be free.
 std::size_t Outbox::cost(const Message& message) {
   constexpr std::size_t kBookkeeping = 128;
   return message.data.size() + kBookkeeping;

@@ -17,16 +17,16 @@ constexpr const char* kHelp =
   robot:   marco-relay --listen 7700
   laptop:  ssh -N -L 7700:localhost:7700 robot &  marco-relay --connect 7700
 
-Programs on both sides need no change. A program may also connect without a relay of its own, by LCM's url
-tcpq://localhost:7700; it then ends with the connection, while a relay connects again each second.
+Programs on both sides need no change. A program may also connect without a local relay, by LCM's url
+tcpq://localhost:7700; it then ends with the connection, while a relay reconnects each second.
 A link that is too slow loses the oldest messages of the channel that fills it, and counts them (PROCESS_STATUS).
 
-Orders are not passed on without --orders: whoever reaches the port could drive the robot or, by procman, start any
-program, and over a bad link orders come late. Orders are BASE_COMMAND and the like, procman's, and channels with CMD,
-COMMAND or ORDERS in their name. EMERGENCY_STOP passes always while it says stop; a release is an order.
+Orders pass only with --orders: otherwise everybody who reaches the port could drive the robot or, by procman, start any
+program, and over a bad link orders arrive late. Orders are BASE_COMMAND and the like, procman's, and channels with CMD,
+COMMAND or ORDERS in their name. An EMERGENCY_STOP that engages always passes; a release is an order.
 
-There are no passwords: listen on this host only (the default) and let ssh or a VPN bring the others. --listen 0.0.0.0:7700
-is for a network whose every member you trust.)";
+There are no passwords: listen on this host only (the default) and connect others through ssh or a VPN. Use
+--listen 0.0.0.0:7700 only in a network whose members you all trust.)";
 
 }  // namespace
 

@@ -10,8 +10,8 @@
 #include "lcm_tools/schema/decoder.hpp"
 #include "lcm_tools/spy/canvas.hpp"
 
-/// Messages drawn instead of listed. What a message is, is told by its fields, not by its type's
-/// name, so that foreign stacks' types are drawn as well. Pure.
+/// Messages drawn instead of listed. A message is recognised by its fields, not by its type's name,
+/// so that foreign stacks' types are drawn as well. Pure.
 namespace marco::spy {
 
 struct GrayImage {

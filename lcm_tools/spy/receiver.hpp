@@ -10,9 +10,9 @@
 
 namespace marco::spy {
 
-/// A model used by the thread that hears and the one that draws. The hearing thread comes back for
-/// the lock thousands of times a second; `Look` makes it stand back, so that on a single core too
-/// the drawing thread gets its turn at once.
+/// A model used by the receiving and the drawing thread. The receiving thread comes back for the
+/// lock thousands of times a second; `Look` makes it stand back, so that on a single core too the
+/// drawing thread gets its turn at once.
 struct SharedModel {
   explicit SharedModel(const lcm_schema::Decoder& decoder, Keep keep = Keep::history)
       : model(decoder, keep) {}

@@ -12,7 +12,7 @@ struct ColumnPlace {
   int width;
 };
 
-// As narrow as what they show, so that 80 cells hold them beside the names.
+// As narrow as their contents, so that they fit into 80 cells with the names.
 constexpr std::array<ColumnPlace, 7> kNumberColumns = {{{Column::count, "COUNT", 7},
                                                         {Column::hz, "HZ", 5},
                                                         {Column::jitter, "JITTER", 8},

@@ -47,7 +47,7 @@ struct EmergencyStop {
   std::string sender;
   std::string reason;
 };
-/// @returns nothing when none was heard or it cannot be decoded
+/// @returns nothing if none has arrived or it cannot be decoded
 std::optional<EmergencyStop> emergency_stop(const Model& model);
 
 /// What is known besides the messages.
@@ -58,12 +58,12 @@ struct Surroundings {
   bool overall_rates = false;  ///< rates from the first message to the last instead of the last 2 s
   double speed = 1;            ///< of a log
   int64_t now_us = 0;
-  std::optional<EmergencyStop> emergency;  ///< as heard last
+  std::optional<EmergencyStop> emergency;  ///< the last one received
   std::map<Address, Process> publishers;
   std::vector<Listener> listeners;
   std::vector<Finding> findings;
   std::vector<std::string> problems;  ///< unreadable type sources, damage of the log
-  /// Advice while nothing is heard.
+  /// Advice while no message arrives.
   std::vector<std::string> hints = {"To receive messages, run in another terminal:",
                                     "  marco-log play LOG   a recording, in real time",
                                     "or open a recording: marco-spy LOG"};

@@ -71,7 +71,7 @@ void Watcher::run() {
   const auto start = std::chrono::steady_clock::now();
   while (!stop_) {
     const std::size_t senders = sender_count();
-    // A publisher needs a moment to be heard before silence means anything.
+    // A publisher needs a moment before silence means anything.
     const bool silent = std::chrono::steady_clock::now() - start > milliseconds(1500);
     look(silent ? Depth::silence_too : Depth::sockets);
     for (int waited_ms = 0; waited_ms < 1000 && !stop_ && sender_count() == senders;

@@ -26,7 +26,7 @@ class Watcher {
   void copy_to(Surroundings& around) const;
 
   enum class Depth { sockets, silence_too };
-  /// One look now, from any thread. @param depth silence_too: finds out why nothing was heard.
+  /// One look now, from any thread. @param depth silence_too: finds out why no message arrives.
   void look(Depth depth);
 
  private:

@@ -135,7 +135,7 @@ std::optional<Utime> Mapping3dAdapter::stop_of(const SynchronizedScan& scan) {
 bool Mapping3dAdapter::has_pose(const SynchronizedScan& scan) const {
   const Utime utime = scan.scan.utime;
   if (std::abs((newest_ - utime).seconds()) > options_.input.patience_s) return true;
-  // The next pose tells how far the robot drove during the scan.
+  // The next pose gives the robot's motion during the scan.
   return poses_.contains(utime) &&
          poses_.rbegin()->first >= utime + Duration::from_seconds(scan.duration_s);
 }

@@ -28,7 +28,7 @@ struct LaidOnPlanes {
 
 /// Moves vertices the shortest way onto the planes near them, near a corner onto two or three at
 /// once; none farther than `snap_m`. A vertex belongs to a plane that it faces as, within its
-/// extent and as much beside it. Without normals none is moved.
+/// extent and as much around it. Without normals none is moved.
 LaidOnPlanes laid_on_planes(const TriangleMesh& mesh,
                             const std::vector<SurfacePlane>& planes,
                             double snap_m);

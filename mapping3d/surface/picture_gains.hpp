@@ -10,7 +10,7 @@ namespace marco::mapping3d {
 /// which its values are multiplied. Least squares of the logarithms over pairs of pictures that see
 /// the same points, with a prior towards 1, as in Brown and Lowe, Automatic Panoramic Image
 /// Stitching, IJCV 2007, equation (29), section 6. What differs: logarithms, so that a common
-/// factor changes nothing and each channel is for itself; a pair is told by the median of its
+/// factor changes nothing and each channel is separate; a pair is described by the median of its
 /// ratios, so that moving things do not count; pairs that contradict the others weigh less (Huber).
 /// Only ratios are observable: the mean logarithm of pictures that are connected stays 0, and a
 /// picture that shares nothing keeps gain 1. Values below 16 and above 245 are not used. Not in the

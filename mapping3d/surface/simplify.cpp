@@ -121,7 +121,7 @@ class Simplifier {
     uint32_t onto;
   };
 
-  // The cheapest first, to a fifth, then by number: those are beside one another in memory.
+  // The cheapest first, to a fifth, then by number: those are adjacent in memory.
   static uint64_t key(double cost_m2, uint32_t vertex) {
     constexpr uint32_t kDropped = 21;  // leaves two binary digits of the mantissa
     const auto cost = static_cast<float>(cost_m2);

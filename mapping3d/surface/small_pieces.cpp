@@ -120,7 +120,7 @@ class SceneFacets {
            is_between(i, {row, scene_.rows - 1 - row}, static_cast<int64_t>(scene_.columns));
   }
 
-  // Whether its range lies between those of the first returns beside its piece, on both sides.
+  // Whether its range is between those of the first returns next to its piece, on both sides.
   bool is_between(uint32_t i, const std::array<std::size_t, 2>& neighbours, int64_t stride) {
     const float before_m = beside_m(i, neighbours[0], -stride);
     const float after_m = beside_m(i, neighbours[1], stride), own_m = range_m(i);

@@ -62,8 +62,8 @@ struct TexturedSurface {
 /// is smooth along the surface and makes all views equal in the low frequencies (local_gains.hpp).
 /// Where three or more pictures see a texel, those that contradict the majority do not count
 /// (surface_looks.hpp). A texel that no picture sees gets a colour that spreads from the surface
-/// around it. Memory beside the pictures: 5 bytes a pixel of theirs, 4 a texel (268 MB for an atlas
-/// of 8192 x 8192), and at most 300 MB for the surface's points (surface_looks.hpp).
+/// around it. Memory besides the pictures: 5 bytes a pixel of theirs, 4 a texel (268 MB for an
+/// atlas of 8192 x 8192), and at most 300 MB for the surface's points (surface_looks.hpp).
 /// @param mesh  best simplified before
 /// @throws std::invalid_argument where the charts do not fit into an atlas of max_atlas_px
 TexturedSurface paint(const TriangleMesh& mesh,

@@ -18,7 +18,7 @@ struct TextureCharts {
 
 /// Divides a mesh into charts (connected triangles with one main axis and no overlap) and packs
 /// them on shelves, two texels apart. Texels grow from `texel_m` until the atlas is no larger than
-/// `max_px` on either side. Memory: a bit for each texel of the largest chart, beside the meshes.
+/// `max_px` on either side. Memory: a bit for each texel of the largest chart, besides the meshes.
 /// @throws std::invalid_argument where texels of any size do not help: there are too many charts
 TextureCharts lay_out(const TriangleMesh& mesh, double texel_m, int max_px);
 

@@ -20,7 +20,7 @@ struct Look {
 /// towards the picture's border and towards edges of the depth buffer, where a small error of the
 /// pose shows another surface (border masks of Callieri, Cignoni, Corsini and Scopigno, Masked
 /// Photo Blending, Computers & Graphics 2008). Refers to the picture; const members are safe from
-/// several threads. Takes 5 bytes a pixel beside the picture's 3.
+/// several threads. Takes 5 bytes per pixel besides the picture's 3.
 class TextureView {
  public:
   /// @param picture  with pixels, a focal length and a finite pose

@@ -11,8 +11,7 @@
 
 namespace marco::ros {
 
-/// Messages of ROS as samples, by a plan: of a recording, or of a robot that is heard now.
-/// Not thread-safe.
+/// Messages of ROS as samples, by a plan: of a recording, or of a live robot. Not thread-safe.
 class RosSamples {
  public:
   RosSamples(RosPlan plan, const RosOptions& options);

@@ -17,7 +17,7 @@ struct SurveyedJoint {
   double least_rad = 0.0, most_rad = 0.0;
 };
 
-/// What a first pass tells of a topic.
+/// Results of a first pass for a topic.
 struct SurveyedTopic {
   std::string name, type;
   Use use = Use::none;

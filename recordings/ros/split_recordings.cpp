@@ -78,7 +78,7 @@ std::optional<Contents> contents_of(const fs::path& path) {
     Contents contents{{}, *span};
     for (const Topic* topic : source->topics()) contents.types[topic->name] = topic->type;
     return contents;
-  } catch (const std::exception&) {  // whoever maps it is told
+  } catch (const std::exception&) {  // reported when it is mapped
     return std::nullopt;
   }
 }

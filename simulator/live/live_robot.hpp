@@ -18,8 +18,8 @@
 namespace marco::sim {
 
 /// A robot whose devices are emulators in one simulated world. It stands where the emulated wheels
-/// took it; its lasers measure from there, beam by beam, pan-tilt included. It has no clock:
-/// whoever runs the devices' ports steps the devices, then calls update().
+/// took it; its lasers measure from there, beam by beam, pan-tilt included. It has no clock: the
+/// caller runs the devices' ports, steps the devices, then calls update().
 class LiveRobot {
  public:
   /// @param rays outlives the robot. @throws std::invalid_argument for an invalid spec.

@@ -18,7 +18,7 @@ namespace marco::slam {
 struct LoopCloserOptions {
   double attempt_every_m = 0.5;  ///< of path between two searches
   double min_path_m = 8.0;       ///< a revisit lies at least this much path back
-  double radius_m = 4.0;         ///< between the two places, beside the drift
+  double radius_m = 4.0;         ///< between the two places, besides the drift
   double max_drift_m = 8.0;      ///< the widest search, however unsure the pose is
   double max_drift_deg = 30.0;
   int candidates = 2;       ///< places tried at one search

@@ -30,7 +30,7 @@ SamplesAt samples_of(const std::vector<LaserMotion>& motions,
   };
 }
 
-// A standing robot tells nothing, and makes the errors look small.
+// A standing robot gives no information, and makes the errors look small.
 std::vector<LaserMotion> moving(const std::vector<LaserMotion>& motions,
                                 const OdometryTravel& travel,
                                 double late_s) {
@@ -199,7 +199,7 @@ OdometryFit fit_odometry(const std::vector<LaserMotion>& all,
                          const TurnCorrelation& turns,
                          double turn_sign,
                          const Pose2& robot_from_laser) {
-  constexpr double kOppositeDeg = 15.0;  // so near to backwards the motion tells no front
+  constexpr double kOppositeDeg = 15.0;  // so close to backwards the motion does not show the front
   constexpr std::size_t kFewest = 20;    // motions, of three equations each: for seven parameters
   const std::vector<LaserMotion> motions = moving(all, travel, turns.late_s);
   Fitter fitter(travel, turns, robot_from_laser);

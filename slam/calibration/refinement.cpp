@@ -231,7 +231,7 @@ RefinedModel refine(const SamplesAt& samples_at,
   Refinement refinement(samples_at, prior);
   refinement.run(start);
   RefinedModel result;
-  // All together with the prior first: it tells what is observed at all.
+  // All together with the prior first: it shows what is observable.
   result.covariance = with_prior(refinement.information_without_noise(), prior);
   for (int i = 0; i < kModelParameters; ++i) {
     const bool observed = std::sqrt(result.covariance(i, i)) <= 0.5 * prior.sigma[i];

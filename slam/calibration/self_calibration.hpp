@@ -42,7 +42,7 @@ struct SelfCalibration {
   SensorCalibration calibration;  ///< what is applied, over what was assumed
   InputCheck odometry;
   InputCheck gyro;
-  std::vector<std::string> remarks;  ///< for a person: what is wrong, or cannot be told
+  std::vector<std::string> remarks;  ///< for users: what is wrong, or cannot be determined
   std::string open_question;  ///< whether the map is a mirror image, and what settles it; "" sure
 
   /// nullptr: there is no such parameter.
@@ -54,7 +54,7 @@ std::string reason_of(const CalibratedParameter& parameter);
 
 /// Where the laser sits, how the wheels and the gyroscope count and how late they are, from any
 /// drive with turns. Signs: a laser upside down and odometry that counts turns the wrong way round
-/// give the same data, and mirrored maps; only a gyroscope tells, and without one odometry is
+/// give the same data, and mirrored maps; only a gyroscope decides, and without one odometry is
 /// believed. A laser that looks back and odometry that counts backwards give the same map; robots
 /// are taken to drive ahead more than back. Range scale and wheel scale trade: ranges are believed.
 SelfCalibration self_calibrate(const CalibrationInput& input);

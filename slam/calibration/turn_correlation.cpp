@@ -7,7 +7,7 @@
 namespace marco::slam {
 namespace {
 
-// Of the lateness that is tried; a parabola through three of them tells the rest.
+// Of the tested delays; a parabola through three of them gives the rest.
 constexpr double kStepS = 0.05;
 constexpr int kReach = static_cast<int>(kMostLateS / kStepS);
 

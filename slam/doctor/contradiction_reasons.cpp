@@ -14,7 +14,7 @@ namespace {
 // Keyframes, 4 m of path: what went wrong once shows in neighbours, and they are one reason.
 constexpr std::size_t kStretchKeyframes = 12;
 constexpr int kFewestPoints = 200;       // seen again, all together
-constexpr std::size_t kMostReasons = 5;  // told; a report is read by a person
+constexpr std::size_t kMostReasons = 5;  // reported; people read the report
 constexpr int kMatchesOfOne = 3;         // tried of one stretch: they take the time
 constexpr double kConfirmed = 0.9;       // of the points
 

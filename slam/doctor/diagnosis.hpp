@@ -13,7 +13,7 @@ namespace marco::slam {
 enum class Verdict { good, doubtful, wrong };
 const char* to_string(Verdict verdict);
 
-/// A map with a part that is off by so much is wrong, whatever tells it.
+/// A map with a part that is off by this much is wrong, whatever shows it.
 inline constexpr double kSurelyWrongM = 1.0;
 
 /// Evidence against a map.
@@ -35,7 +35,7 @@ struct Reason {
   Utime to;
   Eigen::Vector2d place_m = Eigen::Vector2d::Zero();  ///< world
   std::string why;                                    ///< for a person, in a sentence without end
-  MapEdits remedies;  ///< what would mend it, the likeliest first; none where nobody knows
+  MapEdits remedies;                        ///< suggested fixes, the likeliest first; may be empty
   std::vector<int> older_keys, newer_keys;  ///< keyframes that show it
 
   /// False: it is about the whole map.

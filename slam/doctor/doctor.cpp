@@ -14,7 +14,7 @@
 namespace marco::slam {
 namespace {
 
-constexpr std::size_t kMostBreaks = 3;  // told
+constexpr std::size_t kMostBreaks = 3;  // reported
 constexpr std::size_t kMostAsked = 8;   // of the worst: each asks all loops around it
 
 Reason reason_of(const OdometryBreak& parted, bool odometry_is_believed) {

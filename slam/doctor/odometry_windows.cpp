@@ -14,7 +14,7 @@ namespace {
 // One step of the comparison: nearer poses are left out, so that a standing robot drives no way.
 constexpr double kStepM = 0.30, kStepRad = 10.0 * std::numbers::pi / 180.0;
 constexpr double kWindowsM[] = {1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0};
-// Of fewer the median, and what the others differ by, tells nothing.
+// With fewer, the median and the spread around it mean nothing.
 constexpr std::size_t kFewestWindows = 12, kFewestSteps = 20;
 // No log teaches less noise than this.
 constexpr double kFloorM = 0.03, kFloorPerM = 0.01, kFloorRad = 0.02, kFloorRadPerM = 0.005;

@@ -117,8 +117,8 @@ MotionGuess MotionModel::guess(const MotionInput& now, bool will_match) const {
   if (!state_.before) return {};
   MotionGuess guess = guess_by_velocity(now);
   double error_rad2 = state_.reckoning_error.rad2;
-  // Odometry that has never moved may be broken, or the robot has stood still: only a move tells.
-  // After a gap, where nothing else is known, it is believed.
+  // Odometry that has never moved may be broken, or the robot has stood still: only a motion
+  // decides. After a gap, where nothing else is known, it is believed.
   const bool may_be_broken = !state_.odometry_has_moved && will_match &&
                              guess.source == MotionGuess::Source::velocity && has_stood_still(now);
   const auto odometry = may_be_broken ? std::nullopt : from_odometry(now);

@@ -103,7 +103,7 @@ class MotionModel {
   void restore(const MotionState& state);
 
  private:
-  /// Of a way that odometry tells, in the frame where it begins.
+  /// Of a motion by odometry, in the frame where it begins.
   Eigen::Matrix3d covariance_of_odometry(const Pose2& way) const;
   /// By odometry, since the scan before.
   bool has_stood_still(const MotionInput& now) const;

@@ -17,7 +17,8 @@ struct MatchedScan {
   /// How badly it fits (see ScanMatch), and would with each of the rival times of its beams; empty
   /// unless the robot turns fast enough to tell.
   std::vector<double> misfits_m2;
-  /// Covariance of the pose, world frame, beside the match's: two places fit alike. Mostly zero.
+  /// Covariance of the pose, world frame, added to the match's: two places match alike. Mostly
+  /// zero.
   Eigen::Matrix3d doubt = Eigen::Matrix3d::Zero();
 };
 

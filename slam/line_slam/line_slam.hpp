@@ -20,7 +20,7 @@ struct LineSlamOptions {
   double step_m = 0.05;
   double step_deg = 2.0;
   int step_scans = 20;
-  double doubt_sigma_m = 0.10;  ///< of a move that neither odometry nor a match tells
+  double doubt_sigma_m = 0.10;  ///< of a move that neither odometry nor a match determines
   double doubt_sigma_rad = 0.10;
   int plan_min_times_seen = 3;      ///< walls seen in fewer scans are not in the plan
   double plan_min_length_m = 0.30;  ///< nor shorter pieces

@@ -78,7 +78,7 @@ struct PlaceEstimate {
 /// each place found is refined (Gauss-Newton on the likelihood, Kohlbrecher et al., SSRR 2011) and
 /// judged by what it explains and what contradicts it. A place is believed only when no other comes
 /// near it, over some keyframes in a row: in a building that repeats itself it stays with
-/// candidates until something tells them apart. Deterministic. Not thread-safe.
+/// candidates until something distinguishes them. Deterministic. Not thread-safe.
 class PlaceFinder {
  public:
   /// @param map  outlives the finder.

@@ -5,7 +5,7 @@
 namespace marco::slam {
 namespace {
 
-// Of a move that scans saw, beside its own length and turn.
+// Of a motion from scans, besides its own length and turn.
 constexpr double kSigmaPart = 0.02;
 constexpr double kSigmaM = 5e-4;
 constexpr double kSigmaDeg = 0.01;

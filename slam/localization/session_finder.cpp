@@ -15,7 +15,7 @@ void SessionFinder::restart() {
 }
 
 std::optional<FoundPlace> SessionFinder::look(const std::vector<Keyframe>& session) {
-  // A look costs as much as a hundred scans; in a strange building all would be in vain.
+  // A search costs as much as a hundred scans; in an unknown building all of them fail.
   constexpr double kEagerM = 15.0, kSeldomM = 2.0;
   const double path_m = session.back().path_m;
   if (!began_m_) began_m_ = path_m;

@@ -40,7 +40,7 @@ class Squares {
   std::map<std::pair<int, int>, std::vector<int>> keys_;
 };
 
-// Of those that show a side: beams pass beside legs of tables.
+// Of those that show a side: beams pass by the legs of tables.
 std::vector<Eigen::Index> solid_points(const OrientedPoints& points, Eigen::Index step) {
   std::vector<Eigen::Index> solid;
   for (Eigen::Index i = 0; i < points.points.cols(); i += step) {

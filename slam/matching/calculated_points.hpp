@@ -56,7 +56,7 @@ class CalculatedPoints {
   /// would add false information along a wall. Null at corners and below 3 points.
   const Line* course(int index) const { return straight_[index] ? &courses_[index] : nullptr; }
 
-  /// Whether both neighbours lie within `max_gap_m`: beside a jump the shape is not known.
+  /// Whether both neighbours lie within `max_gap_m`: next to a jump the shape is unknown.
   bool embedded(int index) const { return embedded_[index]; }
 
  private:

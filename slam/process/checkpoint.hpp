@@ -39,7 +39,7 @@ AdapterState decode_adapter_state(std::string_view bytes);
 void save_adapter_state(const std::filesystem::path& path, const AdapterState& state);
 
 /// The newest whole checkpoint: `path`, or the one before where that is damaged or missing; nothing
-/// when there is none. @param warn  told what is wrong with a file that was not used
+/// when there is none. @param warn  called with the fault of a file that was not used
 std::optional<AdapterState> load_adapter_state(const std::filesystem::path& path,
                                                const std::function<void(const std::string&)>& warn);
 
@@ -47,7 +47,7 @@ std::optional<AdapterState> load_adapter_state(const std::filesystem::path& path
 std::string time_of(const std::filesystem::path& checkpoint);
 
 /// Renames `path` and the one before to names with their times, where they exist.
-/// @param warn  told so
+/// @param warn  called with that
 void put_checkpoint_aside(const std::filesystem::path& path,
                           const std::function<void(const std::string&)>& warn);
 

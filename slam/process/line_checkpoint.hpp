@@ -22,7 +22,7 @@ std::vector<uint8_t> encode_checkpoint(const LineCheckpoint& checkpoint);
 /// @throws std::invalid_argument saying what is wrong: no checkpoint, cut short, damaged.
 LineCheckpoint decode_checkpoint(const std::vector<uint8_t>& bytes);
 
-/// Writes beside `path`, then renames: there is a whole checkpoint at any moment.
+/// Writes a temporary file, then renames it: the checkpoint is complete at any moment.
 /// @throws std::runtime_error naming the path.
 void save_checkpoint(const std::string& path, const LineCheckpoint& checkpoint);
 /// @returns nothing when there is no such file. @throws as decode_checkpoint, naming the path.

@@ -20,7 +20,7 @@ struct UnculledSlamOptions {
   }
 };
 
-/// Everything marco-line-slam can be told.
+/// All settings of marco-line-slam.
 struct LineProcessOptions : Mapper2dAdapterOptions {
   LineMapperOptions mapper;
   std::string journal_path;  ///< JSON lines; "" = none

@@ -11,8 +11,8 @@
 
 namespace marco::slam {
 
-/// Line SLAM's adapter: publishes LINE_MAP beside what every Mapper2dAdapter does, and resumes from
-/// options.checkpoint_path when that file exists.
+/// Line SLAM's adapter: publishes LINE_MAP in addition to the outputs of every Mapper2dAdapter, and
+/// resumes from options.checkpoint_path when that file exists.
 ///
 /// Of tilted scans only the pose is predicted.
 class LineSlamAdapter : public Mapper2dAdapter {

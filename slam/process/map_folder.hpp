@@ -23,7 +23,7 @@ void write_map_files(const std::filesystem::path& folder,
 
 /// The same for SAVE, while others may read the folder: it changes as a whole
 /// (files::OutputFolder), its picture is numbered (map_1.pgm ...), and the one before stays for
-/// whoever just read the yaml.
+/// programs that have just read the yaml.
 /// @throws std::runtime_error naming the file; then the folder is as it was.
 void save_map_folder(const std::filesystem::path& folder,
                      const SavedMap& map,

@@ -16,7 +16,7 @@
 
 namespace marco::slam {
 
-/// What marco-slam and marco-line-slam are both told.
+/// Settings common to marco-slam and marco-line-slam.
 struct Mapper2dAdapterOptions {
   SynchronizerOptions input;
   double map_period_s = 5.0;  ///< the map is published this often, in message time; 0 = in the end

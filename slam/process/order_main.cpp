@@ -24,7 +24,7 @@ constexpr std::chrono::seconds kPatience{10};
 // Each SLAM that runs says so once a second.
 constexpr std::chrono::milliseconds kAllAreHeard{1300};
 
-/// Gives orders to all SLAMs that run, and hears their answers.
+/// Sends orders to all running SLAMs, and receives their answers.
 class OrderGiver {
  public:
   explicit OrderGiver(const std::string& lcm_url) : bus_(lcm_url) {

@@ -108,8 +108,8 @@ MappedScan SlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
 }
 
 void SlamAdapter::note_doubtful(const SynchronizedScan& scan, bool may_draw) {
-  constexpr int64_t kMost =
-      3000;  // scans, five minutes: who has not turned by then never tells the order of beams
+  // Scans, five minutes: without turns by then the order of beams stays unknown.
+  constexpr int64_t kMost = 3000;
   const bool sure = scan.beam_order.order && scan.beam_order.rivals.empty();
   const bool from_the_start = progress_.scan_count == static_cast<int64_t>(doubtful_.size()) + 1 &&
                               session_.mode() == MappingSession::Mode::mapping;

@@ -33,8 +33,9 @@ struct SlamAdapterOptions : Mapper2dAdapterOptions {
   }
 };
 
-/// Scan SLAM's adapter: publishes GRID_MAP beside what every Mapper2dAdapter does, and resumes from
-/// options.checkpoint_path when that file exists; one that cannot be read is put aside.
+/// Scan SLAM's adapter: publishes GRID_MAP in addition to the outputs of every Mapper2dAdapter, and
+/// resumes from options.checkpoint_path when that file exists; one that cannot be read is put
+/// aside.
 ///
 /// Live, after close_loops_in_background(), no scan waits for a loop search, an optimization or the
 /// disk:

@@ -46,7 +46,7 @@ class SlamOrders {
   /// For SAVE. @param job  writes, and says what it wrote. @returns that, or in the background "".
   /// @throws std::invalid_argument while the map before is still being written.
   std::string write(std::function<std::string()> job);
-  /// What became of the oldest order not told of yet, without `utime` and `process`.
+  /// The result of the oldest unreported order, without `utime` and `process`.
   std::optional<slam_reply_t> take_reply();
   /// Until nothing is being written.
   void wait();

@@ -119,7 +119,7 @@ void MappingSession::start_session() {
 
 void MappingSession::finish_map() {
   slam_.finish();
-  // Loops that a person gave are that person's word.
+  // Never revise loop closures that the user edited.
   const bool by_hand = std::any_of(edits_.begin(), edits_.end(), [](const MapEdit& edit) {
     return edit.kind == MapEdit::Kind::add_loop || edit.kind == MapEdit::Kind::forbid_loop;
   });

@@ -21,30 +21,31 @@ class MappingSession : public Mapper2d {
 
   /// Forgets everything and maps from here. @param world_from_robot  where the robot is now
   void reset(const Pose2& world_from_robot = {});
-  /// Forgets everything, starts a new map, and joins `map` when it has found itself in it.
-  /// @throws std::invalid_argument for a map that holds nothing to find a place by.
+  /// Discards everything, starts a new map, and joins `map` once the robot is localized in it.
+  /// @throws std::invalid_argument for a map without points for place recognition.
   void extend(SavedMap map);
-  /// The same with a map that was being made: looks first where its robot was, then everywhere.
+  /// The same with an interrupted map: searches first at its robot's last pose, then everywhere.
   /// Until it has joined, `map` is waiting_map(). @throws as extend.
   void resume(SavedMap map);
-  /// Extending or resuming, it was not found over `path_m`: what was driven is a map of its own
-  /// from here on. @returns the map in which it was not found; nothing where it still looks
+  /// Extending or resuming, if the robot was not found over `path_m`: the path driven becomes a
+  /// separate map. @returns the map in which it was not found; nothing while the search continues
   std::optional<SavedMap> give_up_after(double path_m);
-  /// What looks for itself in `map`; changes nothing. @throws as extend.
+  /// A localizer for `map`; changes nothing. @throws as extend.
   Localizer localizer_in(SavedMap map) const;
   /// Forgets everything and localizes.
   void localize(Localizer localizer);
-  /// What follows was recorded at another time, and perhaps elsewhere: it is mapped by itself until
-  /// it is found in the map so far, which it then joins. One that is found nowhere until the next
-  /// one starts, or until finish(), is set apart(). Localizing: the robot is looked for again.
+  /// A new recording session, perhaps of another place: it is mapped separately until it is found
+  /// in the map so far, which it then joins. A session not found before the next one starts, or
+  /// before finish(), is set apart(). Localizing: the search starts again.
   void start_session();
 
   SlamUpdate process(const SlamInput& input);
-  /// See Slam. Stays so through reset and extend.
+  /// See Slam. Persists across reset and extend.
   void set_edits(const MapEdits& edits);
-  /// See Slam. Stays so through reset, extend and localize.
+  /// See Slam. Persists across reset, extend and localize.
   void defer_loop_work();
-  /// See Slam; of this session. A localizer then keeps no path. Stays so as the former.
+  /// See Slam; of this session. A localizer then keeps no path. Persists across reset, extend and
+  /// localize.
   void keep_short_path(double every_m);
   std::optional<LoopWork> take_loop_work() { return slam_.take_loop_work(); }
   bool accept(const LoopWork& work) { return slam_.accept(work); }

@@ -17,7 +17,7 @@ class LcmSide {
   /// @param bus  the other network; outlives it.
   LcmSide(process::LcmBus& bus, ForeignTable table, std::function<void(const std::string&)> say);
 
-  /// Whose sensors are heard goes to `marco`, which outlives the side.
+  /// The received sensors go to `marco`, which outlives the side.
   void connect(MarcoSide& marco);
 
   void send_pose(const PoseEstimate& estimate);

@@ -12,7 +12,7 @@
 
 namespace marco::bridge {
 
-/// The side of Marco's programs: a robot's sensors go there, and what SLAM makes of them is told.
+/// The side of Marco's programs: receives a robot's sensors, and returns SLAM's results.
 class MarcoSide {
  public:
   struct Listener {
@@ -29,7 +29,7 @@ class MarcoSide {
   enum class Reset { everything, map_only };
   void reset(Reset what);
 
-  /// Announces the sensors once a second, and tells a map when all its tiles have come.
+  /// Announces the sensors once a second, and reports a map when all its tiles have arrived.
   /// @param now_s  of any clock that never steps back
   void tick(double now_s);
 

@@ -13,7 +13,7 @@
 
 namespace marco::bridge {
 
-/// Messages that were heard, as a recording for ros::survey().
+/// Received messages, as a recording for ros::survey().
 class HeardMessages : public ros::MessageSource {
  public:
   void add(const ros::Message& message);

@@ -20,7 +20,7 @@ class RosSide {
           process::DropCounter& drops,
           std::function<void(const std::string&)> say);
 
-  /// Sensors that are heard go to `marco`, which outlives the side.
+  /// The received sensors go to `marco`, which outlives the side.
   void connect(MarcoSide& marco) { marco_ = &marco; }
 
   /// Handles what the robot says; returns when `other` can be read, or after the time.

@@ -101,7 +101,7 @@ class WebSocketClient::Connection : public std::enable_shared_from_this<Connecti
     if (out_.size() == 1) write();
   }
 
-  /// What follows of it is no longer told.
+  /// Its further events are not reported.
   void abandon() {
     is_over_ = true;
     is_open_ = false;

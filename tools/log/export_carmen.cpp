@@ -140,7 +140,7 @@ void CarmenWriter::write_scan() {
   LaserScan scan = std::move(waiting_.front());
   waiting_.pop_front();
   if (!lasers_.contains(scan.channel)) {
-    // LIDAR_REAR is the second also when it is heard first.
+    // LIDAR_REAR is the second even if it arrives first.
     const bool rear = scan.channel.find("REAR") != std::string::npos;
     const bool taken[2] = {
         std::any_of(lasers_.begin(), lasers_.end(), [](auto& laser) { return !laser.second; }),

@@ -17,11 +17,11 @@ namespace marco::logs {
 /// Translates scans, grids, poses and pictures of a log into the messages that Foxglove draws.
 ///
 /// Laser scans (planar_lidar_t, lidar_raw_t on regular bearings) -> LaserScan in the sensor's own
-/// frame once SENSOR_INFO told where that is, in "robot" before; 0 = no return. grid_map_t -> Grid,
-/// the tiles of a map joined; mbot's occupancy_grid_t -> Grid. pose2_t, slam_pose_t, odometry_t,
-/// mbot's pose2D_t, bot_core.pose_t -> PoseInFrame; trajectory_t -> PosesInFrame. Odometry, SLAM's
-/// poses, SENSOR_INFO and PANTILT_STATE -> FrameTransform (see RobotFrames). image_t ->
-/// CompressedImage (JPEG) or RawImage; mesh_t -> SceneUpdate. Other messages have no counterpart.
+/// frame once SENSOR_INFO gave its pose, in "robot" before; 0 = no return. grid_map_t -> Grid, the
+/// tiles of a map joined; mbot's occupancy_grid_t -> Grid. pose2_t, slam_pose_t, odometry_t, mbot's
+/// pose2D_t, bot_core.pose_t -> PoseInFrame; trajectory_t -> PosesInFrame. Odometry, SLAM's poses,
+/// SENSOR_INFO and PANTILT_STATE -> FrameTransform (see RobotFrames). image_t -> CompressedImage
+/// (JPEG) or RawImage; mesh_t -> SceneUpdate. Other messages have no counterpart.
 ///
 /// Foreign lasers whose bearings run clockwise (ForeignTable) are turned. Stamps of channels whose
 /// clocks are more than half a second off the event times are put into the event times' clock.

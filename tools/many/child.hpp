@@ -16,7 +16,7 @@ struct ChildEnd {
   double cpu_s = 0.0;  ///< with that of its own children
 };
 
-/// A program of ours that lies beside this one.
+/// A program of ours in this program's folder.
 std::filesystem::path sibling_path(const char* name);
 
 /// Starts a program, both outputs appended to a file. It is killed when this process ends before

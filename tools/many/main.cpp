@@ -18,10 +18,11 @@ namespace {
 constexpr const char* kHelp =
     R"(Maps many recordings, each once: marco map --many DIR|LIST... --out OUT [--jobs N] [-- OPTIONS OF marco map]
 
-DIR: every recording in it and in its folders; LIST: a text file with a recording a line. The parts of a split ROS recording
+DIR: every recording in it and in its folders; LIST: a text file with one recording per line. The parts of a split ROS recording
 (NAME_0.bag, NAME_1.bag, ...) are one. OUT/NAME gets the results of each, as `marco map` writes them; OUT/index.html and
-OUT/table.csv tell of all: log, format, scans, length, loops, verdict, CPU, picture. The same command continues where it was interrupted or killed, and does nothing twice. A recording that cannot
-be mapped is in the table with the reason; delete OUT/jobs/NAME.json to have it tried again.
+OUT/table.csv list all: log, format, scans, length, loops, verdict, CPU, picture. After an interruption the same command
+continues, and repeats nothing. A recording that cannot be mapped is in the table with the reason; delete
+OUT/jobs/NAME.json to retry it.
 Exit code: 0 all were mapped, 1 some could not be.)";
 
 struct Arguments {

@@ -249,7 +249,7 @@ std::optional<SelfCorrection> correct(const MapArguments& arguments,
       if (!question.empty()) map.verdict->diagnosis.ask(question);
     }
   }
-  // A floor or beams that were tried in vain say so themselves.
+  // A failed trial of floor or beams prints its own message.
   if (remapping.was_taken()) {
     correction.use = SelfCorrection::Use::in_force;
   } else if (is_needed) {

@@ -14,7 +14,8 @@ struct LookAhead {
   std::string odometry_fault;  ///< why its odometry cannot be used (OdometryUnits); "" = none found
 };
 
-/// Reads a recording until its scans have told, or to its end. A laser on a pan-tilt is left alone.
+/// Reads a recording until its scans have decided, or to its end. A laser on a pan-tilt is left
+/// alone.
 /// @param known  of the robot's body already; not among what is found
 LookAhead look_ahead(const RecordingParts& parts,
                      const ForeignTable& foreign,

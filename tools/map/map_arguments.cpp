@@ -13,36 +13,36 @@ namespace {
 // What each makes of the same recordings.
 constexpr const char* kCheckHelp =
     R"(Prints the verdict on the map of recordings, and writes nothing: good, doubtful or wrong (exit code 3).
-Before it stand the reasons, each with its place and, where one is known, the line that may mend it: put it into a file for
---edits. INPUTs are those of ./marco map.)";
+Before it come the reasons, each with its place and, if known, a suggested fix: put that into a file for --edits.
+INPUTs are those of ./marco map.)";
 constexpr const char* kCalibrateHelp =
-    R"(Finds where the laser sits, how the wheels and the gyroscope count and how late they are, from any drive with turns;
-and the pan-tilt's lever arms and zero angles, from sweeps of one stop at several pan angles. Writes the map and
+    R"(Calibrates the laser's mount (extrinsics), and scales and delays of wheels and gyroscope, from any drive with turns; also
+the pan-tilt's lever arms and zero angles, from sweeps at one stop with several pan angles. Writes the map and
 calibration.toml, for --calibration. INPUTs are those of ./marco map.)";
 constexpr const char* kHelp =
     R"(Builds a map, a trajectory and, from 3D sweeps, a surface model from recordings.
 
-The format of each INPUT is recognised by its content:
+The format of each INPUT is detected from its content:
   a recording of ROS, without ROS: a bag (.bag), an MCAP file, a database (.db3) or folder of rosbag2, each also in zstd.
-    Lasers, their places (tf), odometry and clocks are found out, and the report says how; what it cannot know stands in
-    NAME.marco.toml beside the recording NAME, or in --foreign FILE: table `ros` of config/foreign.toml;
+    Lasers, their mounts (tf), odometry and clocks are detected and reported; put what the recording lacks into
+    NAME.marco.toml next to the recording NAME, or into --foreign FILE: table `ros` of config/foreign.toml;
   an LCM log of Marco's channels (LIDAR, ODOMETRY, SENSOR_INFO, ...), as lcm-logger writes it;
   an LCM log of another system: bot_core planar_lidar_t on any channel, mbot's lidar_t, RPLIDAR_LASER, encoders, ...
     (config/foreign.toml lists what each channel means; copy and extend it for your robot: --foreign FILE);
   a CARMEN log (FLASER, ROBOTLASER1); a text log of 'Odometry x y theta' and 'Laser n r1 .. rn' lines;
   3D scans of a tilted laser, as files or in a folder (*_tilt_ranges_mm.csv, uos *.3d with *.pose, scan_polar.csv);
-  3D scans of other scanners (PCD, PLY, XYZ, PTS, PTX, uos): these become a model without a map, by ./marco model.
-Several INPUTs are sessions of one map: each is localized in the map of the sessions before it. A session that is not
-found there, such as one of another building, gets its own map in OUT/session_N, and the exit code is 1. Files of 3D
-scans that follow each other are one session, and so are the parts of a split ROS recording (NAME_0.bag, NAME_1.bag, ...).
-Many recordings with a map each: --many DIR (./marco map --many --help).
+  3D scans of other scanners (PCD, PLY, XYZ, PTS, PTX, uos): these make a model without a map, as ./marco model does.
+Several INPUTs are sessions of one map: each is localized in the map of the previous sessions. A session that is not
+found there, such as one of another building, gets its own map in OUT/session_N, and the exit code is 1. Consecutive files of 3D
+scans are one session, and so are the parts of a split ROS recording (NAME_0.bag, NAME_1.bag, ...).
+To map many recordings separately: --many DIR (./marco map --many --help).
 
 To record your own robot: publish bot_core.planar_lidar_t on LIDAR, marco.odometry_t on ODOMETRY and, once a second,
 marco.sensor_info_t on SENSOR_INFO with the pose of the laser, and run lcm-logger. Pictures (bot_core.image_t on any
 channel, with the camera's pose and focal length in SENSOR_INFO) become the texture of the 3D model.
 
-The last line is the verdict on the map: good, doubtful or wrong (exit code 3). Before it stand the reasons, each with its
-place, its picture (doctor_1.png ...) and, where one is known, the line that may mend it: put it into a file for --edits.)";
+The last line is the verdict on the map: good, doubtful or wrong (exit code 3). Before it come the reasons, each with its
+place, its picture (doctor_1.png ...) and, if known, a suggested fix: put that into a file for --edits.)";
 
 bool was_given(int argc, char** argv, const std::string& flag) {
   return std::find(argv + 1, argv + argc, flag) != argv + argc;

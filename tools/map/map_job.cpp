@@ -102,7 +102,7 @@ void MapJob::read(files::SampleReader& recording, const std::filesystem::path& i
   process::Progress progress("mapping " + input.filename().string());
   while (std::optional<Sample> sample = recording.next()) {
     process::end_if_interrupted();
-    // In slam.lcm, too: whoever draws its scans needs the place that the path was made with.
+    // In slam.lcm, too: programs that draw its scans need the mount that the path was made with.
     if (auto* info = std::get_if<SensorInfo>(&*sample)) *info = laser_.corrected(*info);
     if (const auto* scan = std::get_if<LaserScan>(&*sample)) {
       const auto wrong = range_units_.look(*scan);

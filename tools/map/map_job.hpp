@@ -106,7 +106,7 @@ class MapJob {
   GridMap grid() const { return mapper().grid().to_map(); }
   /// What the scan SLAM's map is made of; empty where the line SLAM made the path.
   const std::vector<slam::Keyframe>& keyframes() const;
-  /// Of whoever made the path.
+  /// Of the mapper that made the path.
   const std::vector<slam::Keyframe>& map_keys() const { return mapper().keys(); }
   /// The newest SENSOR_INFO of each channel, the laser's place corrected.
   const std::map<std::string, SensorInfo>& sensors() const { return recorded_.sensors; }

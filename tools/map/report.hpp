@@ -8,7 +8,7 @@
 
 namespace marco {
 
-/// What the report needs beside the job.
+/// What the report needs besides the job.
 struct ReportExtras {
   std::map<std::string, double> errors;   ///< against truth, by name with unit
   std::map<std::string, double> surface;  ///< of the joined surface, by name with unit

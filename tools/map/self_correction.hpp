@@ -28,10 +28,10 @@ struct SelfCorrection {
 inline constexpr const char* kPathAsFound = "trajectory_as_found.tum";
 
 /// The corrections of odometry, gyroscope and laser, if any is off by more than the front end
-/// allows for, or bends the map where only odometry told the way. A time is corrected where it is
-/// surely off by more than 50 ms, and the laser's place where it is surely more than 0.15 m or 4.3
-/// degrees off and its heading known to 2 degrees: the path is that of the point whose motion
-/// odometry reports.
+/// allows for, or bends the map where only odometry determined the path. A time is corrected where
+/// it is surely off by more than 50 ms, and the laser's place where it is surely more than 0.15 m
+/// or 4.3 degrees off and its heading known to 2 degrees: the path is that of the point whose
+/// motion odometry reports.
 /// @param by_odometry_m  see distance_by_odometry_m()
 /// @returns the calibration as it is where none is.
 SensorCalibration needed_correction(const slam::SelfCalibration& found, double by_odometry_m);
@@ -43,7 +43,7 @@ std::optional<Pose2> assumed_from_found_robot(const slam::SelfCalibration& found
 /// For a person: that this is not sure, and what settles it.
 std::string doubt_of_laser(const slam::SelfCalibration& found);
 
-/// Path along which the scans left a direction open, so that odometry told the way: bare corridors
+/// Path along which the scans left a direction open, so that odometry determined it: bare corridors
 /// and gaps [m]. @param edges  of the pose graph
 double distance_by_odometry_m(const std::vector<slam::PoseGraphEdge>& edges);
 

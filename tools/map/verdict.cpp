@@ -89,7 +89,7 @@ std::optional<MapVerdict> judge_map(const MapJob& job) {
   MapVerdict verdict{std::move(*evidence), {}};
   verdict.diagnosis = slam::examine(verdict.evidence);
   if (const slam::MapEdits mended = job.mended(); !mended.empty()) {
-    // A break is mended only where both sides were seen again: what lies between may still be off.
+    // A break is repaired only where both sides were seen again: the part between may still be off.
     char text[200];
     std::snprintf(text, sizeof text,
                   "the map contradicted itself and was repaired by adding or removing %zu loop "

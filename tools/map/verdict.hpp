@@ -36,8 +36,8 @@ void mark_picture(PictureOrder& map_picture, const MapVerdict& verdict);
 std::vector<PictureOrder> doctor_pictures(const std::filesystem::path& folder,
                                           const MapVerdict& verdict);
 
-/// Prints the reasons, the lines for --edits that would mend them, and last `verdict: good`,
-/// `verdict: doubtful` or `verdict: wrong`.
+/// Prints the reasons, suggested fixes as lines for --edits, and last `verdict: good`, `verdict:
+/// doubtful` or `verdict: wrong`.
 /// @param with_pictures  they were drawn, and are named
 void print_verdict(const MapVerdict& verdict, const MapJob& job, bool with_pictures);
 

@@ -18,7 +18,7 @@ using mapping3d::Surfel;
 using mapping3d::SurfelIndex;
 
 constexpr double kPi = std::numbers::pi;
-// Scanners of one room, or of two beside each other; the search's time grows with the square.
+// Scanners of one room, or of two adjacent ones; the search's time grows with the square.
 constexpr double kReachM = 12.0;
 constexpr int kHeadings = 8;
 // Part of a scan's walls on those known from above.
@@ -35,7 +35,7 @@ constexpr double kUprightCosine = 0.25;   // of a wall's normal with the vertica
 constexpr double kLevelCosine = 0.97;     // and of a floor's
 
 // What a scan says against a place: its surfaces where another scanner saw through. In rooms that
-// are alike the furniture tells; a wrong place of a furnished room has 0.03 to 0.1.
+// are alike the furniture decides; a wrong place of a furnished room has 0.03 to 0.1.
 constexpr double kMostAgainst = 0.03, kContradiction = 5.0;
 
 struct Found {

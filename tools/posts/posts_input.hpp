@@ -11,7 +11,7 @@
 
 namespace marco {
 
-/// A car whose file tells a steering angle in place of a turn rate.
+/// A car whose file has a steering angle instead of a turn rate.
 struct CarOptions {
   double wheelbase_m = 0.0;
   double speed_wheel_left_m = 0.0;

@@ -11,7 +11,7 @@ namespace marco {
 
 /// A photograph for `marco texture`, with the pose of its camera.
 struct PhotographSpec {
-  std::string file;                                    ///< beside the list or below
+  std::string file;                                    ///< in the list's folder or below
   std::vector<double> position_m = {0, 0, 0};          ///< of the camera, in the model's frame
   std::vector<double> quaternion_xyzw = {0, 0, 0, 1};  ///< model from camera: z ahead, y down
   std::vector<double> focal_px = {0};                  ///< one, or x and y

@@ -29,7 +29,7 @@ enum class FolderModel { full, simplified };
 /// map.yaml, trajectory.tum (estimate), odometry.tum and truth.tum where they exist; the last two
 /// are aligned with the estimate: odometry by its first pose, truth by the best fit.
 /// @throws std::invalid_argument naming the path and what was expected when nothing of an input can
-/// be used. A broken file beside a good one is skipped and reported.
+/// be used. A broken file next to a good one is skipped and reported.
 Inputs read_inputs(const std::vector<std::string>& paths,
                    const FileReaders& readers,
                    FolderModel model = FolderModel::full);

@@ -27,8 +27,8 @@ PictureSize parse_size(const std::string& text);
 /// @throws std::invalid_argument when there is nothing to draw or the camera cannot be parsed.
 Picture render_scene(Scene scene, const RenderRequest& request);
 
-/// The scene of a 3D picture: a map beside a model is left out unless a wall height is given; a map
-/// alone gets upright walls, with the driven path on its floor.
+/// The scene of a 3D picture: a map given with a model is left out unless a wall height is given; a
+/// map alone gets upright walls, with the driven path on its floor.
 Scene scene_in_space(Scene scene, const RenderRequest& request);
 
 /// The view of a 3D scene. The renderer, with the scene loaded, finds the heading of "eye".

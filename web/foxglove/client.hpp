@@ -11,7 +11,7 @@
 #include <vector>
 
 /// Foxglove's WebSocket protocol, `foxglove.websocket.v1` and `foxglove.sdk.v1`, from a client's
-/// side: what a robot's foxglove_bridge says, and what it is told. Pure.
+/// side: messages from and to a robot's foxglove_bridge. Pure.
 namespace marco::foxglove {
 
 /// Both are offered, since each server knows but one of them.

@@ -40,7 +40,7 @@ export class Drive {
     if (begins || (forward === 0 && left === 0)) this.tick();
   }
 
-  // Whatever is held counts as let go, until it is let go and held again.
+  // Held keys count as released until they are released and pressed again.
   release() {
     this.padRests = true;
     this.stick = [0, 0];

@@ -130,7 +130,7 @@ export function drawGoal(context, view, goal, colors) {
   context.stroke();
 }
 
-// Numbers of the doctor's places, as in the list beside.
+// Numbers of the doctor's places, as in the list next to the map.
 export function drawPlaces(context, view, places, colors) {
   context.font = "600 13px system-ui, sans-serif";
   context.textAlign = "center";

@@ -1,6 +1,6 @@
 import { metres } from "./dom.js";
 
-// A mark with a text beside it, on the screen.
+// A mark with a text next to it, on the screen.
 function label(context, x, y, text, colors) {
   context.font = "600 14px system-ui, sans-serif";
   context.textAlign = "center";

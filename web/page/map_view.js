@@ -25,7 +25,7 @@ export class MapView {
     this.onView = () => {};
     this.isLate = () => false;  // whether the robot is to be seen as one of the past
     this.frame = () => {
-      if (canvas.clientWidth === 0) return;  // beside the 3D view alone
+      if (canvas.clientWidth === 0) return;  // when only the 3D view is shown
       if (!this.touched && !this.follow) this.fit();
       this.draw();
     };

@@ -65,7 +65,7 @@ export class Panel {
     };
   }
 
-  // "warning", "error" or "" beside a tab's name.
+  // "warning", "error" or "" next to a tab's name.
   mark(key, state) {
     const i = this.tabs.findIndex((tab) => tab.key === key);
     if (i >= 0) this.buttons[i].dataset.mark = state;

@@ -11,7 +11,7 @@ export function makeHealthPanel(world, panelMark) {
     replaceChildren(content,
       findings(health.findings ?? []),
       el("dl", { class: "figures" },
-        figure("Battery", (health.battery_v ?? []).map((volts) => `${volts.toFixed(1)} V`).join(", ") || "not told"),
+        figure("Battery", (health.battery_v ?? []).map((volts) => `${volts.toFixed(1)} V`).join(", ") || "unknown"),
         figure("Latency", health.latency_ms === null || health.latency_ms === undefined ? "not known" : `${health.latency_ms.toFixed(0)} ms`),
         figure("Watching", `${health.clients} browser${health.clients === 1 ? "" : "s"}`),
         health.refused > 0 ? figure("Refused", String(health.refused)) : null,

@@ -2,7 +2,7 @@ import { toast } from "./dom.js";
 import { takeKept } from "./frames.js";
 import { kRefusedS, Late } from "./late.js";
 
-// What the page orders, and what it hears. One for the page.
+// What the page orders and receives. One for the page.
 export class Robot {
   constructor(socket, world, tiles) {
     this.socket = socket;

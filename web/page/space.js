@@ -5,7 +5,7 @@ import { drawRobot } from "./layers.js";
 import { loadPicture, showPicture } from "./pictures.js";
 import { beginScene } from "./space_host.js";
 
-// The model in 3D beside the plan or instead of it, loaded when it is first opened: its buttons, and what goes to the scene and back.
+// The model in 3D next to the plan or instead of it, loaded when it is first opened: its buttons, and what goes to the scene and back.
 export function makeSpace(section, canvas, world, mapView) {
   const space = new Space(section, canvas, world, mapView);
   world.on("pose", () => space.markSoon());

@@ -1,6 +1,6 @@
 import { SpaceScene } from "./space_scene.js";
 
-// Draws the model beside the page. Messages are [what, ...values], to SpaceScene and from it.
+// Draws the model in a worker. Messages are [what, ...values], to SpaceScene and from it.
 let scene = null;
 const told = Object.fromEntries(["drawn", "measured", "picked"].map((what) => [what, (...values) => postMessage([what, ...values])]));
 

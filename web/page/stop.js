@@ -5,7 +5,7 @@ const kTriesMs = 10000, kAnswerMs = 1000, kAgainMs = 250, kClickMs = 1000;
 // The red Stop with its Release, one for the page: an open dialog holds it meanwhile (dom.js). It is sent as soon as the pointer
 // is down. Where the robot cannot be reached it says so, and tries for ten seconds.
 export class Stop {
-  // pressed(): whatever the page itself drives is let go.
+  // pressed(): stops what the page itself drives.
   constructor(root, world, robot, pressed) {
     Object.assign(this, { world, robot, pressed });
     this.until = 0;  // tries go on, by performance.now()

@@ -31,7 +31,7 @@ export class World {
     this.places = [];         // the doctor's: {x, y, number, word}
     this.photographs = [];
     this.goal = null;         // {x, y, fate}, on the map
-    this.order = null;        // the same as the base was told: in the odometry frame, with the order's id
+    this.order = null;        // the same as sent to the base: in the odometry frame, with the order's id
     this.mapFromOdom = null;
   }
 

@@ -141,7 +141,8 @@ void HealthChannel::step(const std::function<std::vector<HealthFinding>()>& more
   for (HealthFinding& finding : more()) around.findings.push_back(std::move(finding));
   around.clients = static_cast<int64_t>(hub_.clients());
   for (const auto& [cause, count] : drops_.by_cause()) {
-    if (cause.starts_with("refused: ") || cause.starts_with("let go: ")) around.refused += count;
+    if (cause.starts_with("refused: ") || cause.starts_with("disconnected: "))
+      around.refused += count;
   }
   around.dropped = hub_.dropped();
   const int64_t utime_us = process::wall_clock_us();

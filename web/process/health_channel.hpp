@@ -27,7 +27,7 @@ class HealthChannel {
   void take(const process::RawMessage& message);
   /// See Health.
   void forget(const std::string& program) { health_.forget(program); }
-  /// Call often. @param more  findings of others, asked for when they are told
+  /// Call often. @param more  findings of others, requested when they are published
   void step(const std::function<std::vector<HealthFinding>()>& more);
   /// One line for PROCESS_STATUS.
   std::string state(const std::string& otherwise) const;

@@ -12,8 +12,8 @@
 
 namespace marco::web {
 
-/// Every LCM channel that is heard as a channel of the hub: its name, a schema made from its type,
-/// and messages as JSON, which are made only when somebody listens. Who subscribes gets the last
+/// Every active LCM channel as a channel of the hub: its name, a schema made from its type, and
+/// messages as JSON, which are made only when somebody listens. Who subscribes gets the last
 /// message; of maps and models, each tile; of what several programs say on one channel, each one's.
 class RawChannels {
  public:

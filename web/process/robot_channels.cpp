@@ -108,7 +108,7 @@ bool RobotChannels::take_known(const process::RawMessage& raw, uint64_t fingerpr
 }
 
 std::optional<Pose3> RobotChannels::base_from_laser(const std::string& channel) const {
-  // LIDAR_RAW's pose is told for LIDAR.
+  // LIDAR_RAW's pose is announced for LIDAR.
   const bool is_raw = channel.starts_with("LIDAR_RAW");
   const auto info = infos_.find(is_raw ? "LIDAR" + channel.substr(9) : channel);
   if (info == infos_.end()) return std::nullopt;
@@ -119,7 +119,7 @@ std::optional<Pose3> RobotChannels::base_from_laser(const std::string& channel) 
 }
 
 void RobotChannels::take_scan(const LaserScan& scan, Utime heard) {
-  // One laser is drawn: the first one, while it is heard.
+  // One laser is drawn: the first one, while it sends.
   if (laser_ && laser_->channel != scan.channel && heard - laser_->heard < kOtherLaserAfter &&
       heard >= laser_->heard) {
     return;

@@ -19,7 +19,7 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-// Poses nearer than this to the one before cannot be told from it on the page.
+// Poses nearer than this to the previous one look the same on the page.
 constexpr double kStepM = 0.03, kStepRad = 0.05;
 
 double rounded(double value) { return std::round(value * 1000.0) / 1000.0; }

@@ -11,10 +11,10 @@
 namespace marco::diagnosis {
 namespace {
 
-constexpr double kListenS = 1.5;    // a survey: what is sent once a second is heard
+constexpr double kListenS = 1.5;    // a survey: long enough for channels at 1 Hz
 constexpr double kAheadS = 2.0;     // a survey is done when it is wanted
 constexpr double kNextLookS = 2.0;  // between two surveys
-constexpr double kStaleS = 10.0;    // a survey that is older tells nothing
+constexpr double kStaleS = 10.0;    // an older survey is worthless
 constexpr double kAtLeastS = 5.0;   // between two notes
 constexpr double kFirstRepeatS = 60.0, kLastRepeatS = 3600.0;
 constexpr std::size_t kSituations = 20;

@@ -36,7 +36,8 @@ class SilenceWatch {
     const process::DropCounter* drops = nullptr;
   };
 
-  /// @param bus  hears the expected channels already, or will. Outlives the watch, as the drops do.
+  /// @param bus  subscribes the expected channels, now or later. Outlives the watch, as the drops
+  /// do.
   SilenceWatch(process::LcmBus& bus, Options options);
   ~SilenceWatch();
   SilenceWatch(const SilenceWatch&) = delete;

@@ -5,7 +5,7 @@
 namespace marco::files {
 namespace {
 
-// A float still tells a millimetre there; no building is larger.
+// A float still resolves a millimetre there; no building is larger.
 constexpr double kFarM = 10e3;
 
 }  // namespace

@@ -23,9 +23,9 @@ std::optional<PointFormat> point_format_of(const std::filesystem::path& path);
 
 /// Reads any of them. Columns of text mean what a line of names says, or else: 4 an intensity, 6 a
 /// colour, 7 both; more are passed over. Points beyond 10 km lie from the first one's whole metres.
-/// x forward, y left, z up as the file has them; those of uos are turned there.
-/// The pose is the file's own (PCD's VIEWPOINT, PTX; the identity says nothing), or that of
-/// a file beside it, NAME.pose: see read_scan_pose.
+/// x forward, y left, z up as the file has them; those of uos are turned there. The pose is the
+/// file's own (PCD's VIEWPOINT, PTX; the identity says nothing), or that of a file next to it,
+/// NAME.pose: see read_scan_pose.
 /// @throws std::invalid_argument naming file, line or byte, and what is wrong: it never takes more
 /// memory than the file's size explains. A PTX file of several scans is refused.
 PointCloud read_points(const std::filesystem::path& path);

@@ -16,7 +16,7 @@ Pose3 quaternion_pose(const Eigen::Vector3d& position_m,
                       const Eigen::Vector4d& wxyz,
                       const std::string& name);
 
-/// NAME.pose beside a file of points.
+/// NAME.pose next to a point file.
 std::filesystem::path pose_path_of(const std::filesystem::path& points);
 
 /// Writes six numbers, as 3DTK has them: see read_scan_pose(). @throws std::runtime_error naming

@@ -23,17 +23,16 @@ inline process::Option add_foreign_argument(process::CommandLine& app, std::stri
       .existing_file();
 }
 
-/// The network, on which other systems' sensors are heard as if they were Marco's: their messages
-/// come to the handlers of LIDAR, LIDAR_RAW, ODOMETRY and SENSOR_INFO, translated by the table of
-/// foreign channels, and to nobody else. Nothing of it goes out to the network.
-///
-/// The first foreign laser and the first foreign odometry that are heard are used, and no laser
-/// once SENSOR_INFO tells of one of ours. A type of ours on its own channel is never foreign: a
-/// driver of ours says where its laser sits, and scans are not used before.
+/// The network, with other systems' sensors translated as if they were Marco's: their messages come
+/// to the handlers of LIDAR, LIDAR_RAW, ODOMETRY and SENSOR_INFO, translated by the table of
+/// foreign channels, and to nobody else. Nothing of it goes out to the network. The first foreign
+/// laser and the first foreign odometry to arrive are used, and no laser once SENSOR_INFO announces
+/// one of ours. A type of ours on its own channel is never foreign: a driver of ours says where its
+/// laser sits, and scans are not used before.
 class ForeignBus : public process::Bus {
  public:
   /// @param bus  outlives this one.
-  /// @param say  is told once of each channel that is used, and as what.
+  /// @param say  called once for each channel used, with its meaning.
   ForeignBus(process::LcmBus& bus, ForeignTable table, std::function<void(const std::string&)> say);
 
   void subscribe_raw(const std::string& channel_regex, RawHandler handler) override;

@@ -22,7 +22,7 @@ struct CommandRunsOptions {
 };
 
 /// The runs of a deputy's commands: performs the actions of a DeputyState through keepers, and
-/// tells it what became of them. One thread.
+/// reports their results to it. One thread.
 class CommandRuns {
  public:
   /// @param options, state  outlive it.

@@ -31,7 +31,7 @@ class DeputyProcess {
  private:
   struct RivalSearch {
     int64_t nonce = 0;
-    int exit_code = 0;     ///< not 0: a rival was heard
+    int exit_code = 0;     ///< not 0: another deputy of this name answered
     bool is_over = false;  ///< orders are taken only then
   };
 

@@ -27,7 +27,7 @@ class DeputyWatch {
   int64_t began_us_;
   std::set<std::string> missing_;  ///< reported
   std::set<std::string> silent_;   ///< reported
-  std::set<std::string> older_;    ///< hosts heard on libbot2's channels
+  std::set<std::string> older_;    ///< hosts on libbot2's channels
   std::vector<std::string> events_;
 };
 

@@ -15,8 +15,8 @@ namespace marco::procman {
 /// A deputy's end of the line to one keeper.
 class KeeperLink {
  public:
-  /// Starts a keeper and tells it what to run. @throws std::runtime_error, also for an exec string
-  /// of more than about 100 kB.
+  /// Starts a keeper and sends it the command to run. @throws std::runtime_error, also for an exec
+  /// string of more than about 100 kB.
   static KeeperLink spawn(const std::string& program,
                           const std::string& socket_path,
                           const KeeperMessage& run);

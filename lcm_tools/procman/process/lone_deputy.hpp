@@ -22,7 +22,7 @@ struct LoneDeputyOptions {
 /// started again and finds the commands that still run. The thread that makes it must outlive it.
 class LoneDeputy {
  public:
-  /// Looks for marco-procman-deputy beside this program.
+  /// Expects marco-procman-deputy in this program's folder.
   explicit LoneDeputy(LoneDeputyOptions options);
 
   /// Ends it and all its commands, and waits for that.

@@ -13,7 +13,7 @@
 
 namespace marco::procman {
 
-/// Of a keeper's second socket, beside the one for deputies.
+/// Of a keeper's second socket, besides the one for deputies.
 inline constexpr const char* kNotifyExtension = ".beat";
 
 /// Where a keeper's command speaks to it, by systemd's protocol (sd_notify(3)): datagrams of lines.

@@ -64,7 +64,7 @@ class SheriffProcess {
  private:
   struct OtherSheriffs {
     std::set<std::string> ids;
-    bool is_new = false;  ///< one was seen that nobody was told of
+    bool is_new = false;  ///< one was seen that was not reported yet
   };
 
   void subscribe();

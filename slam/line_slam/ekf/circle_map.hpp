@@ -14,7 +14,7 @@
 
 namespace marco::slam {
 
-/// A circle of the map, beside its part of the state (x, y, radius, one unused).
+/// A circle of the map, except its part of the state (x, y, radius, one unused).
 struct MapCircle {
   int64_t id = 0;
   int block = 0;  ///< not stored: given out again by restore()

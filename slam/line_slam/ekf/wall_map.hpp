@@ -13,7 +13,7 @@
 
 namespace marco::slam {
 
-/// A wall of the map, beside its part of the state.
+/// A wall of the map, except its part of the state.
 struct MapWall {
   int64_t id = 0;
   int block = 0;  ///< not stored: given out again by restore()

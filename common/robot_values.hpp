@@ -58,8 +58,8 @@ inline constexpr const char* kEmergencyStopNote = "emergency stop";
 /// What a base's obstacle guard has to say stands at the end of the note, behind this.
 inline constexpr const char* kGuardNote = "guard: ";
 
-/// A note in two parts: its own text, and the guard's ("at most 0.2 m/s: no laser or sonar is
-/// heard"; "" = it sees).
+/// A note in two parts: its own text, and the guard's ("at most 0.2 m/s: no laser or sonar
+/// data"; "" = it sees).
 struct BaseNote {
   std::string text, guard;
   explicit BaseNote(const std::string& note) : text(note) {

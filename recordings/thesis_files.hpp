@@ -7,8 +7,8 @@
 
 namespace marco::files {
 
-/// The scan files of the two theses: numbers only, distinguished by their count. - Thesis A
-///  (CVSWalls::ReadLaserData): a scan is 133 pairs x y [m] in the robot's frame, then
+/// The scan files of the two theses: numbers only, distinguished by their count.
+///  - Thesis A (CVSWalls::ReadLaserData): a scan is 133 pairs x y [m] in the robot's frame, then
 ///    the odometry x y [cm] and theta [rad].
 ///  - Thesis B (get_ang_dist, get_movimientos): a sweep is 361 pairs bearing [deg] range [mm], then
 ///    the displacement [mm] and turn [deg] of the base before the sweep, tilt and pan [deg]. A last

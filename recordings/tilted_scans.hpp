@@ -10,8 +10,8 @@ namespace marco::files {
 
 /// 3D scans of a laser that was tilted while the robot stood, as samples of such a robot: the
 /// SensorInfo once, then for each row an OdometrySample (the scan's .pose, a start guess), a
-/// PanTiltState and a LaserScan, 0.1 s apart. Three kinds, distinguished by their content: -
-/// `*_tilt_ranges_mm.csv`: a line is a row: tilt [deg], then ranges [mm] each 0.5 deg from the
+/// PanTiltState and a LaserScan, 0.1 s apart. Three kinds, distinguished by their content:
+///  - `*_tilt_ranges_mm.csv`: a line is a row: tilt [deg], then ranges [mm] each 0.5 deg from the
 ///    right;
 ///  - `*.3d` of uos: points x (right) y (up) z (ahead) [cm], left-handed, in the order of the
 ///    beams, row by row; those of other scanners are none of these;

@@ -16,9 +16,9 @@ constexpr const char* kCheckHelp =
 Before it come the reasons, each with its place and, if known, a suggested fix: put that into a file for --edits.
 INPUTs are those of ./marco map.)";
 constexpr const char* kCalibrateHelp =
-    R"(Calibrates the laser's mount (extrinsics), and scales and delays of wheels and gyroscope, from any drive with turns; also
-the pan-tilt's lever arms and zero angles, from sweeps at one stop with several pan angles. Writes the map and
-calibration.toml, for --calibration. INPUTs are those of ./marco map.)";
+    R"(Calibrates the laser's mount (extrinsics), and scales and delays of wheels and gyroscope, from any drive with
+turns; also the pan-tilt's lever arms and zero angles, from sweeps at one stop with several pan angles. Writes the map
+and calibration.toml, for --calibration. INPUTs are those of ./marco map.)";
 constexpr const char* kHelp =
     R"(Builds a map, a trajectory and, from 3D sweeps, a surface model from recordings.
 
@@ -33,8 +33,8 @@ The format of each INPUT is detected from its content:
   3D scans of a tilted laser, as files or in a folder (*_tilt_ranges_mm.csv, uos *.3d with *.pose, scan_polar.csv);
   3D scans of other scanners (PCD, PLY, XYZ, PTS, PTX, uos): these make a model without a map, as ./marco model does.
 Several INPUTs are sessions of one map: each is localized in the map of the previous sessions. A session that is not
-found there, such as one of another building, gets its own map in OUT/session_N, and the exit code is 1. Consecutive files of 3D
-scans are one session, and so are the parts of a split ROS recording (NAME_0.bag, NAME_1.bag, ...).
+found there, such as one of another building, gets its own map in OUT/session_N, and the exit code is 1. Consecutive
+files of 3D scans are one session, and so are the parts of a split ROS recording (NAME_0.bag, NAME_1.bag, ...).
 To map many recordings separately: --many DIR (./marco map --many --help).
 
 To record your own robot: publish bot_core.planar_lidar_t on LIDAR, marco.odometry_t on ODOMETRY and, once a second,

@@ -1,5 +1,5 @@
 # The parts of Marco that stand on libraries of their own. marco_component(NAME LIBRARIES missing...): MARCO_<NAME> is AUTO
-# (built where its libraries are), ON (an error where they are not) or OFF; MARCO_HAS_<NAME> says what came of it.
+# (built where its libraries are), ON (an error where they are not) or OFF; MARCO_HAS_<NAME> gives the result.
 function(marco_component name does missing)
   set(MARCO_${name} AUTO CACHE STRING "${does}: AUTO (where its libraries are found), ON or OFF")
   set_property(CACHE MARCO_${name} PROPERTY STRINGS AUTO ON OFF)

@@ -25,7 +25,7 @@ struct Mapper3dOptions {
   RegistrationOptions registration;
   bool straighten = true;  ///< correct the angles of rows that the pan-tilt reported wrongly
   StraighteningOptions straightening;
-  /// Of the model. Whoever reads a configuration visits it by a name of its own, so not in visit().
+  /// Of the model. Configurations visit it under a separate name, so not in visit().
   SurfaceOptions surface;
 
   template <class Visitor>

@@ -143,7 +143,7 @@ int run(const Arguments& arguments) {
   }
   if (runner.outcome() == TourRunner::Outcome::done) return 0;
   adapter.send(runner.stop(drivers::wall_now()));
-  spdlog::warn("stopped: {}", stopped ? "by hand" : runner.state());
+  spdlog::warn("stopped: {}", stopped ? "by the user" : runner.state());
   if (runner.outcome() == TourRunner::Outcome::lost) diagnosis::log_note(silence.last_word());
   return stopped ? 130 : 1;
 }

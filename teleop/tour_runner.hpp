@@ -42,7 +42,7 @@ class TourRunner {
  public:
   enum class Outcome { running, done, blocked, lost };
 
-  /// @throws std::invalid_argument naming the step that makes no sense.
+  /// @throws std::invalid_argument naming the invalid step.
   TourRunner(const sim::Tour& tour, const TourOptions& options);
 
   void on_pose(const Pose2& world_from_robot, Utime measured) {

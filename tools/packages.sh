@@ -57,7 +57,7 @@ choose_alternatives() {
   done
 }
 
-# How root does by hand what this could not.
+# The commands for root, where this could not run them.
 say_by_hand() {
   choose_alternatives
   cat >&2 <<TEXT

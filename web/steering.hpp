@@ -46,9 +46,9 @@ struct FramedPose {
 /// @throws std::invalid_argument as above, and for other frames.
 FramedPose parse_pose(std::string_view json);
 
-/// Turns what clients ask into orders to the base. Whoever drives has the stick until half a second
-/// after the last velocity; others are refused meanwhile. Velocities are passed on 20 times a
-/// second at most, the newest counts. Pure.
+/// Turns what clients ask into orders to the base. The driving client has the stick until half a
+/// second after the last velocity; others are refused meanwhile. Velocities are passed on 20 times
+/// a second at most, the newest counts. Pure.
 class Steering {
  public:
   using Client = uint64_t;

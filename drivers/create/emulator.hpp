@@ -29,7 +29,7 @@ struct CreateWorld {
 
 /// A Create 2 as its line shows it: modes, streams, wheel speeds that it holds without end,
 /// counters that wrap and take their sign from the order. A cliff, a hanging wheel or a charger
-/// ends its mode "safe" and stops it. At another speed it hears nothing, and a client reads
+/// ends its mode "safe" and stops it. At another speed it receives nothing, and a client reads
 /// garbage.
 class CreateEmulator final : public Emulator {
  public:
@@ -43,7 +43,8 @@ class CreateEmulator final : public Emulator {
 
   /// The battery was taken out and put back: it is off, and its counters begin at 0.
   void reset(Utime now);
-  /// It falls asleep, as after five minutes without a host: hears nothing until CLEAN is pressed.
+  /// It falls asleep, as after five minutes without a host: receives nothing until CLEAN is
+  /// pressed.
   void sleep() { asleep_ = true; }
   void press_clean() { asleep_ = false; }
   OiMode mode() const { return mode_; }

@@ -12,10 +12,10 @@
 ///
 ///     AA 55 | n | id size data, id size data ... | xor        xor of all from n on is 0
 ///
-/// with little-endian numbers. The robot sends one every 20 ms, unasked.
-/// From notes on the Kobuki protocol specification and kobuki_core; no robot was at hand. Not said
-/// there, and assumed: the bits of the cliff sensors are those of the bumpers, and a robot that
-/// hears nothing keeps its last speed.
+/// with little-endian numbers. The robot sends one every 20 ms, unasked. From notes on the Kobuki
+/// protocol specification and kobuki_core; no robot was at hand. Not said there, and assumed: the
+/// bits of the cliff sensors are those of the bumpers, and a robot that receives nothing keeps its
+/// last speed.
 namespace marco::drivers::kobuki {
 
 using Bytes = std::vector<uint8_t>;

@@ -9,7 +9,7 @@
 namespace marco::drivers {
 
 /// A simulated device as seen through its line: bytes in, bytes out, in simulated time. It has no
-/// clock, thread or port of its own: a test steps it by hand, the live simulator runs it behind a
+/// clock, thread or port of its own: a test steps it directly, the live simulator runs it behind a
 /// pseudo-terminal or a TCP port (EmulatorPort).
 class Emulator {
  public:

@@ -40,7 +40,7 @@ inline constexpr Limits kNotNegative{0.0, std::numeric_limits<double>::infinity(
 /// std::vector of double or string, nested options, std::vector of nested options. A field that is
 /// not listed is for the caller in C++ alone.
 ///
-/// This is what visits: `visit` is compiled for this one type, whoever derives from it.
+/// This is what visits: `visit` is compiled for this one type, also for derived classes.
 class OptionVisitor {
  public:
   using Field = std::

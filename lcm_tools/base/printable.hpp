@@ -49,7 +49,7 @@ inline bool is_drawn(char32_t code) {
 /// looks like a message of its own.
 enum class Newline { escaped, kept, set_in };
 
-/// The text with what is not drawn as an escape (\x1b, \u202e), bytes that are no UTF-8 among it.
+/// The text with invisible characters and invalid UTF-8 as escapes.
 /// @param most  bytes of the result
 inline std::string printable(std::string_view text,
                              Newline newline = Newline::escaped,

@@ -188,7 +188,7 @@ void OutputFile::copy_from(int descriptor, int64_t offset, int64_t count) {
     const ssize_t done = copy_file_range(descriptor, &from, descriptor_, nullptr,
                                          static_cast<std::size_t>(count), 0);
     if (done < 0 && errno == EINTR) continue;
-    if (done <= 0) break;  // other file systems, old kernels: copied by hand below
+    if (done <= 0) break;  // other file systems, old kernels: copied below
     written_ += done;
     count -= done;
   }

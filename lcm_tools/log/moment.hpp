@@ -30,7 +30,7 @@ LogSpan find_span(files::EventLogReader& reader);
 /// A file in which no LCM event was found.
 class NoLogError : public std::invalid_argument {
  public:
-  /// @param outcome  what became of the command, "; nothing was written"
+  /// @param outcome  the command's result, "; nothing was written"
   explicit NoLogError(const std::string& path, const std::string& outcome = "")
       : std::invalid_argument(path + ": has no complete LCM event" + outcome),
         path_(path),

@@ -9,7 +9,7 @@
 namespace marco::relay {
 
 /// Recognises messages that come back from where they were sent: multicast returns our own ones,
-/// and where two hosts hear each other by multicast and by the relay, messages would go round for
+/// and where two hosts are connected by multicast and by the relay, messages would go round for
 /// ever. A message is an echo when the same one, of channel and bytes, was sent to that side within
 /// a second. Messages carry a stamp, so that two senders' messages differ.
 class EchoFilter {

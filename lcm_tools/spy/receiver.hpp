@@ -35,7 +35,7 @@ struct SharedModel {
   Model model;
 };
 
-/// Hears: one thread, recvmmsg in batches, the kernel's arrival times. The queue between network
+/// Receives: one thread, recvmmsg in batches, the kernel's arrival times. The queue between network
 /// and model is the socket's buffer; what it loses is in the sequence numbers.
 class Receiver {
  public:

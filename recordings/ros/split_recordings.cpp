@@ -96,7 +96,7 @@ bool have_same_topics(const Contents& a, const Contents& b) {
 }
 
 // A recorder's threads may hand over late what came before the split, and rare messages leave a
-// pause. Who starts another recording by hand needs longer.
+// pause. Starting another recording manually takes longer.
 bool follows(const Contents& before, const Contents& after) {
   constexpr int64_t kMostPauseNs = 5'000'000'000, kMostOverlapNs = 1'000'000'000;
   const int64_t shorter_ns = std::min(before.span.last_ns - before.span.first_ns,

@@ -64,10 +64,10 @@ class DeadReckoning {
               const Pose2& now_from_middle = {});
 
   /// That leads from the newest scan's middle to `before_from_middle`, of a scan at `now`; nothing
-  /// where that makes no sense.
+  /// if that is invalid.
   std::optional<Velocity2> velocity_to(Utime now, const Pose2& before_from_middle) const;
 
-  /// Of the last scans; nothing where their stamps make no sense.
+  /// Of the last scans; nothing if their stamps are invalid.
   std::optional<Velocity2> velocity() const { return velocity_; }
   /// The same over two scans at least.
   Velocity2 smoothed_velocity() const { return smoothed_velocity_; }

@@ -15,7 +15,7 @@ struct PlaceFinderOptions {
   double memory_m = 8.0;      ///< of path: the last keyframes that are looked at together
   double thin_m = 0.10;       ///< of their points one a square of this size is used
   int search_points = 80;     ///< of these are scored in the exhaustive search
-  double min_score = 0.50;    ///< mean likelihood below which a place is of no interest
+  double min_score = 0.50;    ///< minimum mean likelihood of a candidate
   double keep_within = 0.12;  ///< of the best score: other places that stay in the race
   int max_candidates = 24;    ///< with this many none is believed: others were cut off
   double apart_m = 0.5;       ///< candidates nearer than this, and turned less than ...

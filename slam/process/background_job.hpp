@@ -12,8 +12,7 @@ namespace marco::slam {
 class BackgroundJob {
  public:
   bool busy() const;
-  /// @param job  says what became of it. @throws std::logic_error when the last answer was not
-  /// taken.
+  /// @param job  returns its result. @throws std::logic_error when the last answer was not taken.
   void start(std::function<std::string()> job);
   /// What the job said, once; "" while it is at work, or when there is none. @throws what it threw.
   std::string take_reply();

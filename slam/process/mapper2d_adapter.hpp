@@ -43,7 +43,7 @@ struct Mapper2dAdapterOptions {
   }
 };
 
-/// What became of the scans so far.
+/// Counts of the scans so far, by result.
 struct MappingProgress {
   Utime newest_scan;
   Utime last_map;
@@ -88,7 +88,7 @@ class Mapper2dAdapter {
   void start_session();
   /// Uses the scans that still wait, optimizes a last time, publishes trajectory and map.
   virtual void finish();
-  /// Keeps what became of every scan. Memory grows with the log.
+  /// Keeps the result of every scan. Memory grows with the log.
   void keep_scans() { keep_scans_ = true; }
   /// Scans are ignored until resumed.
   void pause() { paused_ = true; }

@@ -7,7 +7,7 @@
 
 namespace marco::slam {
 
-/// What became of a scan, for those who judge the map afterwards.
+/// The result of a scan, for judging the map afterwards.
 struct UsedScan {
   int hits = 0;  ///< beams with a return in range
   bool level = true;

@@ -7,7 +7,7 @@
 
 namespace marco::many {
 
-/// What became of one recording.
+/// The result of one recording.
 struct Row {
   std::string name;
   std::string path;

@@ -125,7 +125,7 @@ class MapJob {
   slam::LineSlamAdapter* lines() { return lines_; }
   const slam::LineSlamAdapter* lines() const { return lines_; }
   const mapping3d::Mapping3dAdapter& mapping3d() const { return mapping3d_; }
-  /// See Mapper3d::finish_model. To be called after finish() and whatever looks at single sweeps.
+  /// See Mapper3d::finish_model. To be called after finish() and all uses of single sweeps.
   void finish_model() { mapping3d_.finish_model(); }
   const std::vector<files::InputReport>& inputs() const { return recorded_.inputs; }
   /// Where its laser is taken to sit, if not as SENSOR_INFO says.

@@ -64,7 +64,7 @@ slam::KnownPlan read_plan(const std::string& path, const slam::PlanWish& wish) {
       if (!names.empty()) std::printf("%s\n", text.substr(0, text.size() - 1).c_str());
     };
     list("layers with walls:", plan.taken);
-    list("passed over:", plan.passed_over);
+    list("ignored:", plan.passed_over);
     for (const auto& [kind, count] : drawing.left_out) {
       std::printf("left out: %d x %s\n", count, kind.c_str());
     }

@@ -60,8 +60,7 @@ class SilenceJudge {
   static constexpr double kWithoutS = 10.0;  ///< for what can be done without
   static constexpr double kClockS = 2.0;     ///< stamps that differ by less agree
 
-  /// @param drops  the program's, to know what became of a message; may be null. Outlives the
-  /// judge.
+  /// @param drops  the program's, to know the result of a message; may be null. Outlives the judge.
   SilenceJudge(std::vector<Expectation> expectations, const process::DropCounter* drops);
 
   /// A message is about to be handled.

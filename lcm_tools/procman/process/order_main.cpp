@@ -22,7 +22,7 @@ constexpr int64_t kListenUs = 1'300'000;
 // Beyond what a command may be given to end.
 constexpr int64_t kPatienceUs = 20'000'000;
 
-/// Hears deputies and their sheriff, and gives one order.
+/// Listens to deputies and their sheriff, and sends one order.
 class Guest {
  public:
   explicit Guest(const std::string& lcm_url)

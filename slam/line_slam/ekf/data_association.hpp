@@ -6,7 +6,7 @@
 
 namespace marco::slam {
 
-/// What became of one observed wall.
+/// The association of one observed wall.
 struct WallMatch {
   static constexpr int kNew = -1;      ///< resembles no wall of the map
   static constexpr int kUnclear = -2;  ///< resembles one, but fails a gate: not used

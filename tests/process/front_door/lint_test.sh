@@ -48,9 +48,10 @@ tools/lint.sh tidy build good.cpp || fail "a file that was not asked for is judg
 if command -v codespell >/dev/null && command -v doxygen >/dev/null; then
   cp "$root/Doxyfile" .
   cp "$root/tools/phrases.txt" "$root/tools/bare_constants.awk" tools/
+  printf '%s\n' '# phrase|lines|instead' 'as heard|1|as received' >tools/phrase_counts.txt
   # $1 the file, $2 a text without faults, $3 one with a fault, $4 what names it.
   reads() {
-    mkdir -p $(sed -n 's/^INPUT = //p' Doxyfile)
+    mkdir -p $(sed -n 's/^INPUT = //p' Doxyfile) "$(dirname "$1")"
     printf '%b\n' "$2" >"$1"
     git add "$1"
     tools/lint.sh docs >said 2>&1 || { cat said; fail "$1 is refused: $2"; }
@@ -62,6 +63,10 @@ if command -v codespell >/dev/null && command -v doxygen >/dev/null; then
   reads README.md 'The scan is matched again.' 'The scan is matched again and reci''eved.' reci''eved
   reads README.md 'The scan is matched again.' 'The scan is matched anew.' anew
   reads README.md 'One side.' '<<<<''<<< HEAD\nOne side.' README.md:1
+  reads README.md 'The pose as heard.' 'The pose as heard.\nThe scan, as heard.' "'as heard' in 2 lines, at most 1: write as received"
+  reads web/page/app.js '// A scan as heard.' '// A scan as heard.\n// A pose as heard.' "'as heard' in 2 lines"
+  tools/lint.sh docs >said 2>&1 || { cat said; fail "fewer phrases than counted are refused"; }
+  grep -q "'as heard' fell to 0 lines: lower its 1" said || fail "a count that may be lowered is not named"
   reads common/half.hpp '#pragma once\n/// @param value  is halved\nint half(int value);' \
     '#pragma once\n/// @param number  is halved\nint half(int value);' number
   reads slam/near.cpp '// A door.\nconstexpr double kNearM = 0.9, kFarM = 2.0;\nconstexpr int kFewestBeams = 3;' \

@@ -39,7 +39,7 @@ TEST(YdlidarDriver, KnowsEachFamilyByWhatArrives) {
   time_of_flight.baud = 512'000;
   for (const auto& [device, said] :
        {std::pair{YdlidarEmulatorOptions{}, "X4, 128000 baud"},
-        std::pair{x2(), "hears nothing, 115200 baud"}, std::pair{g4(), "G4, 230400 baud"},
+        std::pair{x2(), "receives nothing, 115200 baud"}, std::pair{g4(), "G4, 230400 baud"},
         std::pair{with_intensity, "G4, 230400 baud"},
         std::pair{time_of_flight, "G4, 512000 baud"}}) {
     Rig rig(device);
@@ -112,7 +112,7 @@ TEST(YdlidarDriver, FindsALaserThatIsScanning) {
   YdlidarDriver second(*rig.stream, {}, [&] { return rig.line.now(); });
   EXPECT_EQ(step_until(second, rig.line, 6.0, have(3)).size(), 3u);
   EXPECT_THAT(second.state(), HasSubstr("X4"));
-  EXPECT_THAT(second.state(), Not(HasSubstr("hears nothing")));
+  EXPECT_THAT(second.state(), Not(HasSubstr("receives nothing")));
   second.stop();
   rig.line.wait(Duration::from_seconds(0.1));
   rig.stream->discard_input();

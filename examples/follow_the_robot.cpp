@@ -1,4 +1,4 @@
-// A subscriber of one's own: prints each pose that SLAM finds.   follow_the_robot [NUMBER]
+// Your own subscriber: prints each pose from SLAM.   follow_the_robot [NUMBER]
 #include <cstdio>
 #include <cstdlib>
 

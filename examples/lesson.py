@@ -1,6 +1,6 @@
-"""A lesson: a recording as arrays, two scans matched, the map and its path.     ./marco python examples/lesson.py [LOG]
+"""A tutorial: a recording as arrays, two scans matched, the map and its path.     ./marco python examples/lesson.py [LOG]
 
-Draws lesson.png where matplotlib is installed.
+Draws lesson.png if matplotlib is installed.
 """
 import pathlib
 import sys

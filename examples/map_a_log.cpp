@@ -1,4 +1,4 @@
-// Makes a map of a recording and writes it for map_server.   map_a_log LOG FOLDER
+// Makes a map from a recording and writes it for map_server.   map_a_log LOG FOLDER
 #include <cstdio>
 
 #include "common/files/map_yaml.hpp"

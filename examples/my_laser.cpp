@@ -1,5 +1,5 @@
-// A driver of one's own: publishes scans of a laser on LIDAR, and once a second where it sits. Here
-// the laser is made up: it stands in a round room of 3 m.   my_laser [SECONDS]
+// Your own driver: publishes a laser's scans on LIDAR, and its mount once a second. Here the laser
+// is simulated: it stands in a round room of 3 m.   my_laser [SECONDS]
 #include <chrono>
 #include <cmath>
 #include <cstdlib>

@@ -1,4 +1,4 @@
-"""Recordings as numpy arrays, maps of them, scan matching, and a robot at work: see help(marco.read) and the others."""
+"""Recordings as numpy arrays, maps of them, scan matching, and a live robot: see help(marco.read) and the others."""
 import os as _os
 
 from . import _marco
@@ -28,5 +28,5 @@ def evaluate(trajectory, relations):
 
 
 def settings():
-    """All settings of map() as TOML, each with what it is."""
+    """All settings of map() as TOML, each with a description."""
     return _marco._settings()

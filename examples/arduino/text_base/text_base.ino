@@ -1,9 +1,9 @@
-// The board of a home-made robot for marco-textbase: docs/text_base.md says what it speaks.
+// The board of a home-made robot for marco-textbase: docs/text_base.md describes its protocol.
 //
 // For an Arduino Uno or Nano, two motors with encoders, and a motor driver that takes a direction and
 // a PWM for each (L298N, TB6612). Change the constants below to your robot; ticks, wheels and track
-// stand in marco-textbase's configuration. Put it on blocks first: with both wheels free, `M 300 300`
-// in the serial monitor (115200 baud, newline) must turn both ahead, and `T` must count up.
+// belong into marco-textbase's configuration. Put it on blocks first: with both wheels free, `M 300 300`
+// in the serial monitor (115200 baud, newline) must turn both forward, and `T` must count up.
 
 const char kName[] = "mybot";
 const char kFirmware[] = "1.0";

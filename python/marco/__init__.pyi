@@ -74,7 +74,8 @@ class Robot:
     def base(self, timeout: float = 2.0) -> str:
         """The note of the base's next status message."""
     def drive(self, velocity: float, yaw_rate: float = 0.0, seconds: float = 0.0) -> None:
-        """m/s and rad/s (counter-clockwise). The base stops 0.5 s after the last order. With seconds: repeats the order during that time, then stops."""
+        """m/s and rad/s (counter-clockwise). The base stops 0.5 s after the last order. With seconds: repeats the order
+        during that time, then stops."""
     def go_to(self, x: float, y: float) -> None:
         """Turns and drives straight to a point of the odometry's frame; the obstacle guard stays on."""
     def stop(self) -> None: ...

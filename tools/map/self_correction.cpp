@@ -159,7 +159,7 @@ std::optional<Pose2> assumed_from_found_robot(const slam::SelfCalibration& found
 
 std::string doubt_of_laser(const slam::SelfCalibration& found) {
   const LaserCalibration& laser = found.calibration.laser;
-  char text[256];
+  char text[400];
   std::snprintf(text, sizeof text,
                 "the laser's mount seems to be %.2f %.2f m, turned by %.0f deg (sd %.1f), not the "
                 "recording's: trajectory.tum is the path with the recording's mount, %s with this "

@@ -168,6 +168,21 @@ class Slam {
   void join(const SlamState& session, const PoseGraphEdge& edge);
 
  private:
+  /// What is known of a scan before it is matched.
+  struct Prediction {
+    MotionInput motion;
+    MotionGuess guess;
+    PosePrior prior;
+    Eigen::Matrix3d covariance;  ///< the prior's
+    bool covered = false;        ///< something covered the laser
+    bool refines = false;        ///< it has few returns: they refine the odometry's pose
+    bool is_matched = false;
+  };
+  Prediction predict(const SlamInput& input);
+  MatchedScan matched_scan(const SlamInput& input, Prediction& predicted);
+  bool refuse(ScanMatch& match, const Prediction& predicted);
+  void move(const MatchedScan& matched, const Prediction& predicted);
+  bool becomes_keyframe(const SlamInput& input, const MatchedScan& matched) const;
   /// Oriented and matched as it is.
   MatchedScan matched_as_is(DeskewedScan scan, const PosePrior& prior, MotionGuess::Source source);
   /// Matched against the local map, and straightened.

@@ -113,6 +113,7 @@ class MapJob {
   std::size_t key_count() const { return mapper().keys().size(); }
   const std::vector<slam::Loop>& loops() const { return mapper().loops(); }
   const process::DropCounter& drops() const { return mapper2d_->drops(); }
+  const ScanRules& scan_rules() const { return mapper2d_->input().rules(); }
   /// See MappingSession::mended; nothing of a line SLAM.
   slam::MapEdits mended() const {
     return session() != nullptr ? session()->mended() : slam::MapEdits{};
@@ -186,8 +187,6 @@ class MapJob {
   std::vector<BodyPart> own_body_;
   std::vector<FloorLine> floor_;
   Recorded recorded_;
-  RangeUnits range_units_;
-  OdometryUnits odometry_units_;
   std::string odometry_fault_;  ///< see MapOptions
   slam::MapEdits edits_;
   /// Of each recording: the scans, and the odometry at them, that came before.

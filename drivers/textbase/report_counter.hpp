@@ -8,18 +8,18 @@
 
 namespace marco::drivers::textbase {
 
-/// Dead reckoning from a board's reports. Its counters and its clock wrap; a clock that goes back
-/// is a reset. The path continues over resets.
-class ReportOdometry {
+/// The wheels' counters and the clock of a board's reports. Both wrap; a clock that goes back is a
+/// reset.
+class ReportCounter {
  public:
   struct Step {
     bool after_reset = false;  ///< the board was reset: nothing else is given
     bool plausible = true;     ///< false: more ticks than a wheel makes; they do not count
-    bool moved = false;
-    OdometrySample sample;
+    ClickOdometry::Step clicks;
+    Utime measured;  ///< by the board's clock
   };
 
-  ReportOdometry(double tick_m, double track_m) : tick_m_(tick_m), odometry_(tick_m, track_m) {}
+  explicit ReportCounter(double tick_m) : tick_m_(tick_m) {}
 
   /// The next report is the first of a session.
   void restart();
@@ -28,7 +28,6 @@ class ReportOdometry {
 
  private:
   double tick_m_;
-  ClickOdometry odometry_;
   ClockFilter clock_{0.02};
   std::optional<Report> last_;
   double board_s_ = 0.0;  ///< the board's clock without wrapping

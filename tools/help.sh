@@ -16,7 +16,6 @@ A map from a recording:
   ./marco calibrate LOG [--out DIR]    where the laser sits, how wheels and gyroscope count, from a drive with turns;
                                        the pan-tilt's lever arms and zero angles, from sweeps of a room
   ./marco model SCAN... [--out DIR]    one 3D model from scans of any scanner: PCD, PLY, XYZ, PTS, PTX, uos
-  ./marco posts FOLDER [-o OUT]        path and landmarks from wheel speeds and sightings of posts (./marco posts --help)
 
 What came of it:
   ./marco page [MAP|LOG]               a page in the browser: what runs, a map folder or a recording (./marco page --help)

@@ -8,9 +8,9 @@
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
-#include "tools/figures/matching_figures.hpp"
-#include "tools/figures/photograph_figures.hpp"
-#include "tools/figures/thesis_figures.hpp"
+#include "tests/experiments/figures/matching_figures.hpp"
+#include "tests/experiments/figures/photograph_figures.hpp"
+#include "tests/experiments/figures/thesis_figures.hpp"
 #include "tools/map/map_job.hpp"
 #include "tools/map/photographs.hpp"
 #include "tools/texture/photograph_list.hpp"
@@ -115,7 +115,7 @@ int run(const std::string& log,
 }  // namespace marco
 
 int main(int argc, char** argv) {
-  return marco::process::run_main("marco-figures", [&] {
+  return marco::process::run_main("figures", [&] {
     marco::process::CommandLine app(
         "The equals of thesis B's figures from a recording with 3D sweeps: 5.3-5.11, the ways its "
         "scan matching goes, with their errors and times; 5.13-5.17 and 5.19-5.21, its polygons, "

@@ -5,7 +5,7 @@
 
 #include "common/pose3.hpp"
 #include "common/triangle_mesh.hpp"
-#include "tools/figures/thesis_figures.hpp"
+#include "tests/experiments/figures/thesis_figures.hpp"
 
 namespace marco {
 

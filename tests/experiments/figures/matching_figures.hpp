@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/pose2.hpp"
-#include "tools/figures/thesis_figures.hpp"
+#include "tests/experiments/figures/thesis_figures.hpp"
 
 namespace marco {
 

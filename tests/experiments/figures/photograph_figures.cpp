@@ -1,4 +1,4 @@
-#include "tools/figures/photograph_figures.hpp"
+#include "tests/experiments/figures/photograph_figures.hpp"
 
 #include <algorithm>
 #include <array>

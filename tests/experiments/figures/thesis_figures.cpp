@@ -1,4 +1,4 @@
-#include "tools/figures/thesis_figures.hpp"
+#include "tests/experiments/figures/thesis_figures.hpp"
 
 #include <algorithm>
 #include <array>

@@ -16,7 +16,6 @@ A map from a recording:
   ./marco calibrate LOG [--out DIR]    where the laser sits, how wheels and gyroscope count, from a drive with turns;
                                        the pan-tilt's lever arms and zero angles, from sweeps of a room
   ./marco model SCAN... [--out DIR]    one 3D model from scans of any scanner: PCD, PLY, XYZ, PTS, PTX, uos
-  ./marco posts FOLDER [-o OUT]        path and landmarks from wheel speeds and sightings of posts (./marco posts --help)
 
 What came of it:
   ./marco page [MAP|LOG]               a page in the browser: what runs, a map folder or a recording (./marco page --help)
@@ -27,7 +26,6 @@ What came of it:
   ./marco texture PLY PHOTOGRAPHS      a model painted with photographs    (./marco texture --help)
   ./marco evaluate TRAJ RELATIONS      error of a trajectory               (./marco evaluate --help)
   ./marco evaluate-model PLY WORLD     error of a model                    (./marco evaluate-model --help)
-  ./marco figures [--out DIR] [LOG]    thesis B's figures of 3D scenes, from the simulated lab or your own log
   ./marco python [SCRIPT]              python3 with `import marco`: recordings as numpy arrays, maps, matching, a live robot
 
 A robot that runs:
@@ -103,17 +101,6 @@ python3 with the module `marco` on its path; examples/lesson.py is a lesson, hel
   recording = marco.read("my.bag")            # scans, odometry, ... as numpy arrays
   map = marco.map("my.bag")                   # map.grid, map.trajectory, map.verdict
   robot = marco.Robot()                       # robot.scan(), robot.pose(), robot.drive(0.2)
-TEXT
-      ;;
-    figures) cat <<'TEXT'
-./marco figures [LOG] [--out DIR] [--config FILE] [--size WxH] [--cut-ends N] [--mode MODE]
-The equals of thesis B's figures 5.3-5.21: ways of matching with their errors and times, polygons, light, joining.
-  LOG            a recording with 3D sweeps; without it the simulated lab's, made first
-  --out DIR      folder for the pictures (out/figures)
-  --config FILE  TOML, as for ./marco map
-  --size WxH     of a picture [px] (1000x750)
-  --cut-ends N   leave out N beams at each end of a scan
-  --mode MODE    points, wire or filled
 TEXT
       ;;
     run) cat <<'TEXT'

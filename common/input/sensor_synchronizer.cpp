@@ -18,7 +18,7 @@ constexpr double kStallS = 2.0;
 }  // namespace
 
 std::optional<double> integrated_heading_rad(const StampedPose2& last, const ImuSample& sample) {
-  constexpr double kMaxGapS = 0.5;
+  constexpr double kMaxGapS = 0.5;  // across a longer gap the rate is not known
   const double dt_s = (sample.utime - last.utime).seconds();
   if (dt_s < 0.0 || dt_s > kMaxGapS) return std::nullopt;
   const double turned_rad = dt_s * sample.angular_velocity_rad_per_s.z();

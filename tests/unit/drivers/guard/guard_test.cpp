@@ -267,7 +267,7 @@ TEST_F(Guard, WithoutSensorsItGoesSlowlyAndSaysSo) {
   begin();
   bench_->run(2.0, BaseVelocity{0.8, 0.0});
   EXPECT_NEAR(speed(), 0.2, 1e-9);
-  EXPECT_THAT(bench_->note(), HasSubstr("guard: at most 0.2 m/s: no laser or sonar data"));
+  EXPECT_THAT(bench_->note(), HasSubstr("guard: at most 0.2 m/s: no laser or sonar is heard"));
   bench_->run(2.0, BaseVelocity{0.0, 1.2});
   EXPECT_NEAR(bench_->base().velocity().turn_rad_per_s, 0.2 / std::hypot(0.30, 0.27), 1e-9);
   bench_->run(1.0, BaseVelocity{});
@@ -334,7 +334,7 @@ TEST_F(Guard, ASilentLaserStopsTheRobotAndAHeldStickMustBeLetGo) {
   bench_->laser.runs = true;
   bench_->run(2.0, BaseVelocity{0.4, 0.0});  // still held
   EXPECT_EQ(speed(), 0.0);
-  EXPECT_THAT(bench_->note(), HasSubstr("release the stick"));
+  EXPECT_THAT(bench_->note(), HasSubstr("let go"));
   bench_->run(0.2);
   bench_->run(1.0, BaseVelocity{0.4, 0.0});  // too short a pause
   EXPECT_EQ(speed(), 0.0);

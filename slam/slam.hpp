@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -9,7 +8,6 @@
 #include "common/pose_estimate.hpp"
 #include "common/trajectory.hpp"
 #include "lcm_tools/base/options.hpp"
-#include "lcm_tools/base/renamed_key.hpp"
 #include "slam/back_end/back_end.hpp"
 #include "slam/back_end/edited_loops.hpp"
 #include "slam/front_end/match_gate.hpp"
@@ -43,10 +41,6 @@ struct SlamOptions {
   PoseGraphOptions graph;
   JointRefinementOptions refinement;
   OccupancyGridOptions grid;
-
-  static constexpr std::array kRenamed{RenamedKey{"key_distance_m", "keyframe_distance_m"},
-                                       RenamedKey{"key_turn_deg", "keyframe_turn_deg"},
-                                       RenamedKey{"thinning", "culling"}};
 
   template <class Visitor>
   void visit(Visitor& v) {

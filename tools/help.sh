@@ -54,8 +54,8 @@ For those who develop Marco:
                                        (--tsan: the rooms with threads; --valgrind [LOG]: a batch run under memcheck)
                                        (--peers: what we read and write against ROS' and MCAP's own)
                                        (--asan: unit tests under address and undefined behaviour sanitizers)
-  ./marco lint [FILE...]               clang-format, clang-tidy, spelling and comments (--format, --tidy, --docs: one of
-                                       them; --since REV: the change)
+  ./marco lint [FILE...]               clang-format, clang-tidy, spelling and comments, lines by room (--format, --tidy,
+                                       --docs, --lines: one of them; --since REV: the change)
   ./marco bench                        speed figures of this machine (--accuracy: errors of the maps of all recordings)
   ./marco fuzz [--minutes N] [TARGET]  hostile bytes into every decoder (clang; --ci: 20 s for three targets;
                                        --quick: fast decoders without AddressSanitizer, many times as often;
@@ -88,11 +88,13 @@ A tour of config/worlds/lab.toml, mapped, rendered, and checked against the trut
 TEXT
       ;;
     lint) cat <<'TEXT'
-./marco lint [--format | --tidy | --docs] [--since REV] [FILE...]
-Whether the code is laid out by .clang-format, what .clang-tidy says of it, and how it reads; the whole tree without FILEs.
+./marco lint [--format | --tidy | --docs | --lines] [--since REV] [FILE...]
+Whether the code is laid out by .clang-format, what .clang-tidy says of it, how it reads, and whether it has grown; the whole
+tree without FILEs.
   --format     only the layout (seconds)
   --tidy       only clang-tidy (an hour of one core for the whole tree)
   --docs       only spelling, phrases that nobody in the field uses, and doxygen's warnings (seconds; always the whole tree)
+  --lines      only the lines of each room beside the budget of tools/lines.txt (seconds; always the whole tree)
   --since REV  only files that differ from where this branch left REV
 TEXT
       ;;

@@ -150,7 +150,8 @@ def judge(rooms, budget):
 def main():
     kinds, rooms = counted_lines()
     product = [path for path in tracked("*.cpp", "*.hpp") if not NO_PRODUCT.search(path)]
-    beside = {SETTINGS: range(counted_settings()), ONE_USER: headers_with_one_user(product), LONG_FUNCTIONS: long_functions(product)}
+    beside = {SETTINGS: range(counted_settings()), ONE_USER: headers_with_one_user(product),
+              LONG_FUNCTIONS: long_functions(product)}
     if sys.argv[1:] == ["--write"]:
         write_budget(rooms, beside)
         return 0

@@ -54,6 +54,8 @@ For those who develop Marco:
                                        (--tsan: the rooms with threads; --valgrind [LOG]: a batch run under memcheck)
                                        (--peers: what we read and write against ROS' and MCAP's own)
                                        (--asan: unit tests under address and undefined behaviour sanitizers)
+                                       (--golden: have the maps of all recordings moved; --mutants: do the short tests
+                                       notice a wrong line)
   ./marco lint [FILE...]               clang-format, clang-tidy, spelling and comments, lines by room (--format, --tidy,
                                        --docs, --lines: one of them; --since REV: the change)
   ./marco bench                        speed figures of this machine (--accuracy: errors of the maps of all recordings)
@@ -140,7 +142,7 @@ systems, too) into the processes that run. What they made of it the last time, a
 TEXT
       ;;
     test) cat <<'TEXT'
-./marco test [--long | --peers | --asan | --tsan | --valgrind [LOG]]
+./marco test [--long | --peers | --asan | --tsan | --valgrind [LOG] | --golden | --mutants]
 Builds with warnings as errors and runs every test.
   --long            also the statistics that take minutes, then unit and process tests under the sanitizers
   --peers           what we read and write, and the bridge, against other people's programs (from apt and npm)
@@ -148,6 +150,17 @@ Builds with warnings as errors and runs every test.
   --tsan            the rooms with threads under the thread sanitizer
   --valgrind [LOG]  a batch run under valgrind's memcheck (logs/sample.lcm)
 Tests on real logs find them through MARCO_TEST_DATA and say SKIPPED without it.
+./marco test --golden [--write] [--jobs N] [NAME...]
+Maps every recording below MARCO_TEST_DATA, the simulated tours and two live runs with a release build, and compares path, map,
+verdict, set-up, loops, model and errors with tests/golden/figures.json. Exit code 1: a figure moved; the table says which.
+  --write   keeps today's figures
+  --jobs N  maps at a time (as many as there are processors)
+  NAME      recordings whose path below MARCO_TEST_DATA begins so
+./marco test --mutants [ROOM] [N] [SEED]
+Changes a line of the sources, N times (60), and counts how often the short tests of its room notice. Works on a clone of the
+last commit in build/mutants; after an interruption the same command continues. Exit code 1: fewer than 88 % were noticed.
+  ROOM  a folder of tests/mutants/rooms.txt, such as slam/map (all)
+  SEED  which mutants: the same commit and seed give the same ones (1)
 TEXT
       ;;
     bench) cat <<'TEXT'

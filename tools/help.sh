@@ -52,8 +52,10 @@ For those who develop Marco:
                                        (--tsan: the rooms with threads; --valgrind [LOG]: a batch run under memcheck)
                                        (--peers: what we read and write against ROS' and MCAP's own)
                                        (--asan: unit tests under address and undefined behaviour sanitizers)
-  ./marco lint [FILE...]               clang-format, clang-tidy, spelling and comments (--format, --tidy, --docs: one of
-                                       them; --since REV: the change)
+                                       (--golden: have the maps of all recordings moved; --mutants: do the short tests
+                                       notice a wrong line)
+  ./marco lint [FILE...]               clang-format, clang-tidy, spelling and comments, lines by room (--format, --tidy,
+                                       --docs, --lines: one of them; --since REV: the change)
   ./marco bench                        speed figures of this machine (--accuracy: errors of the maps of all recordings)
   ./marco fuzz [--minutes N] [TARGET]  hostile bytes into every decoder (clang; --ci: 20 s for three targets;
                                        --quick: fast decoders without AddressSanitizer, many times as often;
@@ -86,11 +88,13 @@ A tour of config/worlds/lab.toml, mapped, rendered, and checked against the trut
 TEXT
       ;;
     lint) cat <<'TEXT'
-./marco lint [--format | --tidy | --docs] [--since REV] [FILE...]
-Whether the code is laid out by .clang-format, what .clang-tidy says of it, and how it reads; the whole tree without FILEs.
+./marco lint [--format | --tidy | --docs | --lines] [--since REV] [FILE...]
+Whether the code is laid out by .clang-format, what .clang-tidy says of it, how it reads, and whether it has grown; the whole
+tree without FILEs.
   --format     only the layout (seconds)
   --tidy       only clang-tidy (an hour of one core for the whole tree)
   --docs       only spelling, phrases that nobody in the field uses, and doxygen's warnings (seconds; always the whole tree)
+  --lines      only the lines of each room beside the budget of tools/lines.txt (seconds; always the whole tree)
   --since REV  only files that differ from where this branch left REV
 TEXT
       ;;
@@ -125,7 +129,7 @@ systems, too) into the processes that run. What they made of it the last time, a
 TEXT
       ;;
     test) cat <<'TEXT'
-./marco test [--long | --peers | --asan | --tsan | --valgrind [LOG]]
+./marco test [--long | --peers | --asan | --tsan | --valgrind [LOG] | --golden | --mutants]
 Builds with warnings as errors and runs every test.
   --long            also the statistics that take minutes, then unit and process tests under the sanitizers
   --peers           what we read and write, and the bridge, against other people's programs (from apt and npm)
@@ -133,6 +137,17 @@ Builds with warnings as errors and runs every test.
   --tsan            the rooms with threads under the thread sanitizer
   --valgrind [LOG]  a batch run under valgrind's memcheck (logs/sample.lcm)
 Tests on real logs find them through MARCO_TEST_DATA and say SKIPPED without it.
+./marco test --golden [--write] [--jobs N] [NAME...]
+Maps every recording below MARCO_TEST_DATA, the simulated tours and two live runs with a release build, and compares path, map,
+verdict, set-up, loops, model and errors with tests/golden/figures.json. Exit code 1: a figure moved; the table says which.
+  --write   keeps today's figures
+  --jobs N  maps at a time (as many as there are processors)
+  NAME      recordings whose path below MARCO_TEST_DATA begins so
+./marco test --mutants [ROOM] [N] [SEED]
+Changes a line of the sources, N times (60), and counts how often the short tests of its room notice. Works on a clone of the
+last commit in build/mutants; after an interruption the same command continues. Exit code 1: fewer than 88 % were noticed.
+  ROOM  a folder of tests/mutants/rooms.txt, such as slam/map (all)
+  SEED  which mutants: the same commit and seed give the same ones (1)
 TEXT
       ;;
     bench) cat <<'TEXT'

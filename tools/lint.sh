@@ -4,10 +4,11 @@
 #   lint.sh tidy BUILD [FILE...]       runs clang-tidy over the sources that BUILD compiles; in a unity build, joined
 #   lint.sh docs                       spelling, phrases of tools/phrases.txt, constants that decide about a map without
 #                                      a comment, comments of headers that doxygen cannot follow
+#   lint.sh lines                      lines of each room beside the budget of tools/lines.txt
 # Without FILEs: the whole tree. Exit code 1: something was found.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-what=${1:?usage: lint.sh format|tidy BUILD|docs [FILE...]}
+what=${1:?usage: lint.sh format|tidy BUILD|docs|lines [FILE...]}
 shift
 
 # The layout differs between clang-format's versions: Debian 12's is the one that counts.
@@ -64,8 +65,11 @@ case $what in
     [ -z "$warnings" ] || { echo "$warnings"; found=1; }
     exit $found
     ;;
+  lines)
+    python3 tools/lines.py
+    ;;
   *)
-    echo "lint.sh: format, tidy or docs, not '$what'" >&2
+    echo "lint.sh: format, tidy, docs or lines, not '$what'" >&2
     exit 2
     ;;
 esac

@@ -26,7 +26,7 @@ export class MapView {
     this.isLate = () => false;  // whether the robot is to be seen as one of the past
     this.frame = () => {
       if (canvas.clientWidth === 0) return;  // beside the 3D view alone
-      if (!this.touched && !this.follow) this.fit();
+      if (!this.touched && !this.follow && this.tool === null) this.fit();  // a click means the place it was aimed at
       this.draw();
     };
     listen(canvas, this);

@@ -35,11 +35,6 @@ uint32_t crc32(std::string_view bytes) {
   return static_cast<uint32_t>(crc);
 }
 
-uint32_t sealed_version(std::string_view name, std::string_view sealed) {
-  if (sealed.size() < kHeadBytes || sealed.substr(0, kNameBytes) != name) return 0;
-  return number_at<uint32_t>(sealed, kNameBytes);
-}
-
 std::string seal(std::string_view name, uint32_t version, std::string_view payload) {
   require(name.size() == kNameBytes, "a sealed file's name has 8 letters");
   const uint64_t length = payload.size();

@@ -189,9 +189,6 @@ uint32_t crc32(std::string_view bytes);
 /// An envelope about the bytes: `name` (8 letters), version, length, the payload, its CRC-32.
 std::string seal(std::string_view name, uint32_t version, std::string_view payload);
 
-/// The version in an envelope that is otherwise unchecked; 0 where it is none of that name.
-uint32_t sealed_version(std::string_view name, std::string_view sealed);
-
 /// The payload of an envelope. @throws std::invalid_argument "is no NAME file", "is of version N
 /// ...", "is truncated" or "is damaged".
 std::string_view unseal(std::string_view name, uint32_t version, std::string_view sealed);

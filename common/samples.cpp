@@ -25,4 +25,18 @@ Pose3 robot_from_pantilt_sensor(const SensorInfo& base,
          make_pose3(base.tilt_axis_m, 0.0, -tilt_rad, 0.0) * sensor.parent_from_sensor;
 }
 
+std::optional<Pose3> robot_from_sensor(const SensorInfo& sensor,
+                                       const SensorInfo* base,
+                                       const std::optional<PanTiltAngles>& head) {
+  if (sensor.mount == SensorInfo::Mount::robot) return sensor.parent_from_sensor;
+  if (base == nullptr || !head) return std::nullopt;
+  return robot_from_pantilt_sensor(*base, sensor, head->pan_rad, head->tilt_rad);
+}
+
+const SensorInfo* find_sensor(const std::map<std::string, SensorInfo>& by_channel,
+                              const std::string& channel) {
+  const auto found = by_channel.find(channel);
+  return found == by_channel.end() ? nullptr : &found->second;
+}
+
 }  // namespace marco

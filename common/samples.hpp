@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -55,12 +56,19 @@ struct ImuSample {
       Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
 };
 
+struct PanTiltAngles {
+  double pan_rad = 0.0;
+  double tilt_rad = 0.0;
+};
+
 struct PanTiltState {
   Utime utime;
   double pan_rad = 0.0;   ///< counter-clockwise, 0 = ahead
   double tilt_rad = 0.0;  ///< 0 = level, > 0 looks up
   double pan_rate_rad_per_s = 0.0;
   double tilt_rate_rad_per_s = 0.0;
+
+  PanTiltAngles angles() const { return {pan_rad, tilt_rad}; }
 };
 
 /// From the simulator or motion capture.
@@ -84,5 +92,15 @@ Pose3 robot_from_pantilt_sensor(const SensorInfo& base,
                                 const SensorInfo& sensor,
                                 double pan_rad,
                                 double tilt_rad);
+
+/// Pose of any sensor. @param base  the SensorInfo of its pan-tilt, nullptr: none is known. @param
+/// head  its angles. @returns nothing of a sensor on a pan-tilt of which either is missing.
+std::optional<Pose3> robot_from_sensor(const SensorInfo& sensor,
+                                       const SensorInfo* base,
+                                       const std::optional<PanTiltAngles>& head);
+
+/// The channel's; nullptr: none was announced.
+const SensorInfo* find_sensor(const std::map<std::string, SensorInfo>& by_channel,
+                              const std::string& channel);
 
 }  // namespace marco

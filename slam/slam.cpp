@@ -15,6 +15,10 @@ constexpr double kEdgeSigmaDeg = 0.10;
 // No prediction is believed better than this.
 constexpr double kPredictionSigmaM = 0.001, kPredictionSigmaRad = 0.001;
 
+Eigen::Matrix3d prediction_covariance() {
+  return diagonal_covariance(kPredictionSigmaM, kPredictionSigmaRad);
+}
+
 // Keyframes examined for each new one, so that no scan waits for many.
 constexpr int kCulledAtOnce = 3;
 
@@ -32,79 +36,105 @@ Slam::Slam(const SlamOptions& options)
 }
 
 SlamUpdate Slam::process(const SlamInput& input) {
-  const Eigen::Index returns = input.level ? input.scan.hits_in_robot.cols() : 0;
-  const bool has_points = returns >= options_.gates.min_points;
-  MotionInput motion = input.motion;
-  motion.first_from_middle = first_from_middle(input.scan);
-  const MotionGuess guess = motion_.guess(motion, has_points);
-  const PoseWithCovariance predicted =
-      dead_reckoned(estimate_, guess.before_from_now, guess.covariance);
-  const Eigen::Matrix3d covariance =
-      predicted.covariance + diagonal_covariance(kPredictionSigmaM, kPredictionSigmaRad);
-  const PosePrior prior{predicted.world_from_robot, information_of(covariance)};
-  const Pose2 places[] = {prior.map_from_robot, estimate_.world_from_robot};
-  const bool covered =
-      has_points && laser_is_covered(input.scan.hits_in_robot, input.scan.sensor_in_robot, places,
-                                     keyframes_.keys, covered_);
-  if (has_points) covered_ = covered;
-  // Few returns refine the odometry's pose, and do not judge the odometry.
-  const bool refines = !has_points && guess.source == MotionGuess::Source::odometry &&
-                       returns >= match_gates::kFewestPoints;
-  const bool use = (has_points && !covered) || refines;
+  Prediction predicted = predict(input);
   // Odometry will give the whole way since the last scan that was matched: its uncertainty does not
   // add up over the scans of a sweep.
-  if (!use && guess.source == MotionGuess::Source::odometry) {
-    SlamUpdate update = note_scan(input, {prior.map_from_robot, covariance}, false);
-    update.covered = covered;
+  if (!predicted.is_matched && predicted.guess.source == MotionGuess::Source::odometry) {
+    const Pose2& carried_on = predicted.prior.map_from_robot;
+    SlamUpdate update = note_scan(input, {carried_on, predicted.covariance}, false);
+    update.covered = predicted.covered;
     return update;
   }
-  MatchedScan matched{{}, {}, {prior.map_from_robot}, {}};
-  if (use) {
-    matched = matched_scan(input, prior, guess.source);
-    motion.first_from_middle = first_from_middle(matched.scan);
-  }
-  ScanMatch& match = matched.match;
-  const Pose2 before = estimate_.world_from_robot;
-  const bool refused = gate_.refuses(match, before, motion_, motion.utime);
-  if (refused) match = {prior.map_from_robot, Eigen::Matrix3d::Zero(), match.overlap, false};
-  if (use && !refused) gate_.note_match(match.usable || keyframes_.keys.empty());
-  const Eigen::Matrix3d since_keyframe =
-      dead_reckoned({estimate_.world_from_robot, since_keyframe_}, guess.before_from_now,
-                    guess.covariance)
-          .covariance +
-      diagonal_covariance(kPredictionSigmaM, kPredictionSigmaRad);
-  since_keyframe_ =
-      covariance_of(information_of(since_keyframe) + match.information) + matched.doubt;
-  estimate_ = estimate_from(match, prior, motion_.stands_still(motion, match.information));
-  motion_.update(motion, between(before, estimate_.world_from_robot), match.usable && !refines,
-                 rotated(covariance_of(match.information), -before.theta_rad));
-
-  if (match.usable) {
-    path_.spread_correction(prior.map_from_robot, estimate_.world_from_robot, keyframes_.keys);
-  }
-  bool trajectory_changed = false;
-  const bool becomes_keyframe =
-      use && !refused && gate_.may_draw() && input.may_draw &&
-      (!matched.doubt.isZero() ||  // it belongs to this step alone
-       keyframes_.is_due(estimate_.world_from_robot, input.scan.sensor_heading_rad,
-                         options_.keyframes));
-  if (becomes_keyframe) {
-    add_keyframe(input, matched.points, guess.source);
-    trajectory_changed = search_loops();
+  MatchedScan matched = matched_scan(input, predicted);
+  const bool refused = refuse(matched.match, predicted);
+  move(matched, predicted);
+  SlamUpdate update;
+  update.became_key = predicted.is_matched && !refused && becomes_keyframe(input, matched);
+  if (update.became_key) {
+    add_keyframe(input, matched.points, predicted.guess.source);
+    update.trajectory_changed = search_loops();
     cull_keyframes();
   }
-  SlamUpdate update = note_scan(input, estimate_, match.usable);
-  if (add_edited_loops()) {
-    update.world_from_robot = estimate_.world_from_robot;
-    trajectory_changed = true;
-  }
-  if (match.usable) update.status = SlamUpdate::Status::matched;
-  update.overlap = match.overlap;
-  update.covered = covered;
+  const SlamUpdate noted = note_scan(input, estimate_, matched.match.usable);
+  const bool edited = add_edited_loops();
+  update.world_from_robot = edited ? estimate_.world_from_robot : noted.world_from_robot;
+  update.covariance = noted.covariance;
+  update.trajectory_changed |= edited;
+  if (matched.match.usable) update.status = SlamUpdate::Status::matched;
+  update.overlap = matched.match.overlap;
+  update.covered = predicted.covered;
   update.misfits_m2 = std::move(matched.misfits_m2);
-  update.became_key = becomes_keyframe;
-  update.trajectory_changed = trajectory_changed;
   return update;
+}
+
+Slam::Prediction Slam::predict(const SlamInput& input) {
+  const Eigen::Index returns = input.level ? input.scan.hits_in_robot.cols() : 0;
+  const bool has_points = returns >= options_.gates.min_points;
+  Prediction predicted;
+  predicted.motion = input.motion;
+  predicted.motion.first_from_middle = first_from_middle(input.scan);
+  predicted.guess = motion_.guess(predicted.motion, has_points);
+  const MotionGuess& guess = predicted.guess;
+  const PoseWithCovariance now = dead_reckoned(estimate_, guess.before_from_now, guess.covariance);
+  predicted.covariance = now.covariance + prediction_covariance();
+  predicted.prior = {now.world_from_robot, information_of(predicted.covariance)};
+  if (has_points) {
+    const Pose2 places[] = {now.world_from_robot, estimate_.world_from_robot};
+    covered_ = laser_is_covered(input.scan.hits_in_robot, input.scan.sensor_in_robot, places,
+                                keyframes_.keys, covered_);
+    predicted.covered = covered_;
+  }
+  // Few returns refine the odometry's pose, and do not judge the odometry.
+  predicted.refines = !has_points && guess.source == MotionGuess::Source::odometry &&
+                      returns >= match_gates::kFewestPoints;
+  predicted.is_matched = (has_points && !predicted.covered) || predicted.refines;
+  return predicted;
+}
+
+MatchedScan Slam::matched_scan(const SlamInput& input, Prediction& predicted) {
+  if (!predicted.is_matched) return {{}, {}, {predicted.prior.map_from_robot}, {}};
+  MatchedScan matched = matched_scan(input, predicted.prior, predicted.guess.source);
+  predicted.motion.first_from_middle = first_from_middle(matched.scan);
+  return matched;
+}
+
+/// Replaces a match that the gate refuses by the prediction.
+bool Slam::refuse(ScanMatch& match, const Prediction& predicted) {
+  const Pose2& before = estimate_.world_from_robot;
+  const bool refused = gate_.refuses(match, before, motion_, predicted.motion.utime);
+  if (refused) {
+    match = {predicted.prior.map_from_robot, Eigen::Matrix3d::Zero(), match.overlap, false};
+  } else if (predicted.is_matched) {
+    gate_.note_match(match.usable || keyframes_.keys.empty());
+  }
+  return refused;
+}
+
+/// To where the match, the prediction and, of a robot that stands, the matches before say.
+void Slam::move(const MatchedScan& matched, const Prediction& predicted) {
+  const ScanMatch& match = matched.match;
+  const MotionGuess& guess = predicted.guess;
+  const Pose2 before = estimate_.world_from_robot;
+  const Eigen::Matrix3d since_keyframe =
+      dead_reckoned({before, since_keyframe_}, guess.before_from_now, guess.covariance).covariance +
+      prediction_covariance();
+  since_keyframe_ =
+      covariance_of(information_of(since_keyframe) + match.information) + matched.doubt;
+  const bool stands = motion_.stands_still(predicted.motion, match.information);
+  estimate_ = estimate_from(match, predicted.prior, stands);
+  const Pose2& now = estimate_.world_from_robot;
+  motion_.update(predicted.motion, between(before, now), match.usable && !predicted.refines,
+                 rotated(covariance_of(match.information), -before.theta_rad));
+  if (match.usable) {
+    path_.spread_correction(predicted.prior.map_from_robot, now, keyframes_.keys);
+  }
+}
+
+bool Slam::becomes_keyframe(const SlamInput& input, const MatchedScan& matched) const {
+  return gate_.may_draw() && input.may_draw &&
+         (!matched.doubt.isZero() ||  // it belongs to this step alone
+          keyframes_.is_due(estimate_.world_from_robot, input.scan.sensor_heading_rad,
+                            options_.keyframes));
 }
 
 SlamUpdate Slam::note_scan(const SlamInput& input,

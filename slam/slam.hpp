@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -9,7 +8,6 @@
 #include "common/pose_estimate.hpp"
 #include "common/trajectory.hpp"
 #include "lcm_tools/base/options.hpp"
-#include "lcm_tools/base/renamed_key.hpp"
 #include "slam/back_end/back_end.hpp"
 #include "slam/back_end/edited_loops.hpp"
 #include "slam/front_end/match_gate.hpp"
@@ -43,10 +41,6 @@ struct SlamOptions {
   PoseGraphOptions graph;
   JointRefinementOptions refinement;
   OccupancyGridOptions grid;
-
-  static constexpr std::array kRenamed{RenamedKey{"key_distance_m", "keyframe_distance_m"},
-                                       RenamedKey{"key_turn_deg", "keyframe_turn_deg"},
-                                       RenamedKey{"thinning", "culling"}};
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -168,6 +162,21 @@ class Slam {
   void join(const SlamState& session, const PoseGraphEdge& edge);
 
  private:
+  /// What is known of a scan before it is matched.
+  struct Prediction {
+    MotionInput motion;
+    MotionGuess guess;
+    PosePrior prior;
+    Eigen::Matrix3d covariance;  ///< the prior's
+    bool covered = false;        ///< something covered the laser
+    bool refines = false;        ///< it has few returns: they refine the odometry's pose
+    bool is_matched = false;
+  };
+  Prediction predict(const SlamInput& input);
+  MatchedScan matched_scan(const SlamInput& input, Prediction& predicted);
+  bool refuse(ScanMatch& match, const Prediction& predicted);
+  void move(const MatchedScan& matched, const Prediction& predicted);
+  bool becomes_keyframe(const SlamInput& input, const MatchedScan& matched) const;
   /// Oriented and matched as it is.
   MatchedScan matched_as_is(DeskewedScan scan, const PosePrior& prior, MotionGuess::Source source);
   /// Matched against the local map, and straightened.

@@ -48,7 +48,16 @@ class AttendedRobot {
   std::map<std::string, SynchronizedScan> scans;  ///< the newest of each laser
 
   /// The track begins with where the robot is now.
-  void begin_track() { track.erase(track.begin(), track.end() - 1); }
+  void begin_track() {
+    await_odometry();
+    if (!track.empty()) track.erase(track.begin(), track.end() - 1);
+  }
+  /// Waits until odometry shows where the robot is now.
+  void await_odometry() {
+    constexpr double kLateS = 1.5;
+    const Utime now = drivers::wall_now();
+    wait(kLateS, [&] { return !track.empty() && track.back().utime >= now; });
+  }
   bool is_latched() const { return base->note.starts_with(kEmergencyStopNote); }
 
   /// Handles messages for so long. @throws std::runtime_error after a signal, and when the base

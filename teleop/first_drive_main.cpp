@@ -205,6 +205,7 @@ class FirstDrive {
     const char there = robot_.ask(
         "Push it to the second mark; if motors hold it, use marco drive. y when there [y/s]", "ys");
     if (there == 's') return void(end(check, 's'));
+    robot_.await_odometry();
     check.judge_push(teleop::seen_motion(robot_.track, {}, {}).start_from_end);
     judge(check, "Was it 1 m, to 2 cm?");
   }

@@ -16,7 +16,6 @@ A map from a recording:
   ./marco calibrate LOG [--out DIR]    the laser's mount (extrinsics), scales of wheels and gyroscope, from a drive with turns;
                                        the pan-tilt's lever arms and zero angles, from sweeps of a room
   ./marco model SCAN... [--out DIR]    one 3D model from scans of any scanner: PCD, PLY, XYZ, PTS, PTX, uos
-  ./marco posts FOLDER [-o OUT]        path and landmarks from wheel speeds and sightings of posts (./marco posts --help)
 
 Results:
   ./marco page [MAP|LOG]               a page in the browser: live, a map folder or a recording (./marco page --help)
@@ -27,7 +26,6 @@ Results:
   ./marco texture PLY PHOTOGRAPHS      texture a model with photographs    (./marco texture --help)
   ./marco evaluate TRAJ RELATIONS      error of a trajectory               (./marco evaluate --help)
   ./marco evaluate-model PLY WORLD     error of a model                    (./marco evaluate-model --help)
-  ./marco figures [--out DIR] [LOG]    reproduce thesis B's figures of 3D scenes, from the simulated lab or your own log
   ./marco python [SCRIPT]              python3 with `import marco`: recordings as numpy arrays, maps, matching, a live robot
 
 A running robot:
@@ -54,8 +52,10 @@ For developers of Marco:
                                        (--tsan: the rooms with threads; --valgrind [LOG]: a batch run under memcheck)
                                        (--peers: readers and writers against those of ROS and MCAP)
                                        (--asan: unit tests under address and undefined behaviour sanitizers)
-  ./marco lint [FILE...]               clang-format, clang-tidy, spelling and comments (--format, --tidy, --docs: one of
-                                       them; --since REV: only changes)
+                                       (--golden: compare the maps of all recordings with those kept; --mutants: do the
+                                       short tests notice a wrong line?)
+  ./marco lint [FILE...]               clang-format, clang-tidy, spelling and comments, lines by room (--format, --tidy,
+                                       --docs, --lines: one of them; --since REV: only changes)
   ./marco bench                        speed of this machine (--accuracy: errors of the maps of all recordings)
   ./marco fuzz [--minutes N] [TARGET]  fuzz every decoder (clang; --ci: 20 s for three targets;
                                        --quick: fast decoders without AddressSanitizer, many more runs;
@@ -88,11 +88,12 @@ Maps a simulated tour of config/worlds/lab.toml, renders the result, and compare
 TEXT
       ;;
     lint) cat <<'TEXT'
-./marco lint [--format | --tidy | --docs] [--since REV] [FILE...]
-Checks the code with .clang-format and .clang-tidy, and its wording; without FILEs the whole tree.
+./marco lint [--format | --tidy | --docs | --lines] [--since REV] [FILE...]
+Checks the code with .clang-format and .clang-tidy, its wording and its size; without FILEs the whole tree.
   --format     only the layout (seconds)
   --tidy       only clang-tidy (an hour of one core for the whole tree)
   --docs       only spelling, unusual phrases, and doxygen's warnings (seconds; always the whole tree)
+  --lines      only the lines of each room against the budget in tools/lines.txt (seconds; always the whole tree)
   --since REV  only files changed since this branch left REV
 TEXT
       ;;
@@ -103,17 +104,6 @@ Runs python3 with the module `marco` on its path; examples/lesson.py is a tutori
   recording = marco.read("my.bag")            # scans, odometry, ... as numpy arrays
   map = marco.map("my.bag")                   # map.grid, map.trajectory, map.verdict
   robot = marco.Robot()                       # robot.scan(), robot.pose(), robot.drive(0.2)
-TEXT
-      ;;
-    figures) cat <<'TEXT'
-./marco figures [LOG] [--out DIR] [--config FILE] [--size WxH] [--cut-ends N] [--mode MODE]
-Reproduces figures 5.3-5.21 of thesis B: matching methods with their errors and times, polygons, lighting, registration.
-  LOG            a recording with 3D sweeps; default: a simulated tour of the lab, made first
-  --out DIR      folder for the pictures (out/figures)
-  --config FILE  TOML, as for ./marco map
-  --size WxH     of a picture [px] (1000x750)
-  --cut-ends N   leave out N beams at each end of a scan
-  --mode MODE    points, wire or filled
 TEXT
       ;;
     run) cat <<'TEXT'
@@ -138,7 +128,7 @@ systems, too) into the running processes. Recorded results and orders to the rob
 TEXT
       ;;
     test) cat <<'TEXT'
-./marco test [--long | --peers | --asan | --tsan | --valgrind [LOG]]
+./marco test [--long | --peers | --asan | --tsan | --valgrind [LOG] | --golden | --mutants]
 Builds with warnings as errors and runs every test.
   --long            also the statistical tests that take minutes, then unit and process tests under the sanitizers
   --peers           readers, writers and the bridge against other people's programs (from apt and npm)
@@ -146,6 +136,17 @@ Builds with warnings as errors and runs every test.
   --tsan            the rooms with threads under the thread sanitizer
   --valgrind [LOG]  a batch run under valgrind's memcheck (logs/sample.lcm)
 Tests on real logs find them through MARCO_TEST_DATA; without it they are SKIPPED.
+./marco test --golden [--write] [--jobs N] [NAME...]
+Maps every recording below MARCO_TEST_DATA, the simulated tours and two live runs with a release build, and compares path, map,
+verdict, set-up, loops, model and errors with tests/golden/figures.json. Exit code 1: a figure moved; the table says which.
+  --write   keeps today's figures
+  --jobs N  maps at a time (as many as there are processors)
+  NAME      recordings whose path below MARCO_TEST_DATA begins so
+./marco test --mutants [ROOM] [N] [SEED]
+Changes a line of the sources, N times (60), and counts how often the short tests of its room notice. Works on a clone of the
+last commit in build/mutants; after an interruption the same command continues. Exit code 1: fewer than 88 % were noticed.
+  ROOM  a folder of tests/mutants/rooms.txt, such as slam/map (all)
+  SEED  chooses the mutants: the same commit and seed give the same ones (1)
 TEXT
       ;;
     bench) cat <<'TEXT'

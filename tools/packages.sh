@@ -19,6 +19,7 @@ declare -A packages_for=(
   [sanitizers]="clang libclang-rt-dev"
   [lint]="clang-format clang-tidy clang git"
   [docs]="codespell doxygen"
+  [lines]="git python3"
   [coverage]="llvm"
   [soak]="python3"
   [faults]="libfaketime"

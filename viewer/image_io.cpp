@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "lcm_tools/base/check.hpp"
-#include "lcm_tools/files/folder_journal.hpp"
 #include "lcm_tools/files/output_file.hpp"
 #include "lcm_tools/files/readable.hpp"
 
@@ -46,7 +45,6 @@ void write_png(const Picture& picture, const std::string& path) {
 }
 
 Picture read_picture(const std::string& path) {
-  files::finish_interrupted(std::filesystem::path(path).parent_path());
   // OpenCV would print a warning of its own.
   const std::string why = files::why_not_readable(path);
   const cv::Mat bgr = why.empty() ? cv::imread(path, cv::IMREAD_COLOR) : cv::Mat();

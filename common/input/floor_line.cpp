@@ -5,13 +5,15 @@
 
 namespace marco {
 
-void blank(LaserScan& scan, const FloorLine& floor) {
+std::size_t blank(LaserScan& scan, const FloorLine& floor) {
+  std::size_t blanked = 0;
   for (std::size_t beam = 0; beam < scan.size(); ++beam) {
     const double ahead = std::cos(scan.bearing_rad(beam) - deg_to_rad(floor.bearing_deg));
-    if (static_cast<double>(scan.ranges_m[beam]) * ahead >= floor.from_m) {
-      scan.ranges_m[beam] = 0.0F;
-    }
+    if (static_cast<double>(scan.ranges_m[beam]) * ahead < floor.from_m) continue;
+    scan.ranges_m[beam] = 0.0F;
+    ++blanked;
   }
+  return blanked;
 }
 
 std::string describe(const FloorLine& floor) {

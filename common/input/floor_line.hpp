@@ -23,8 +23,8 @@ struct FloorLine {
   bool operator==(const FloorLine&) const = default;
 };
 
-/// Makes no returns of those on the line and beyond.
-void blank(LaserScan& scan, const FloorLine& floor);
+/// Makes no returns of those on the line and beyond. @returns how many there were.
+std::size_t blank(LaserScan& scan, const FloorLine& floor);
 
 /// `LIDAR is not level: its beams under 0 deg reach the floor or the ceiling at 2.31 m`.
 std::string describe(const FloorLine& floor);

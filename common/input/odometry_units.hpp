@@ -14,6 +14,7 @@ class OdometryUnits {
   /// @returns what is wrong, for a person: from the sample on that makes it certain, always the
   /// same. Odometry that is too slow looks like a slow robot, and is for the calibration to find.
   std::optional<std::string> look(const OdometrySample& sample);
+  const std::optional<std::string>& verdict() const { return verdict_; }
 
  private:
   /// Steps that count as motion, and of them those that are too fast. Both are halved now and then,

@@ -41,10 +41,14 @@ bool BodyPart::has(double bearing_rad, float range_m) const {
   return from_deg - 360.0 * std::floor(from_deg / 360.0) <= width_deg;
 }
 
-void blank(LaserScan& scan, const BodyPart& part) {
+std::size_t blank(LaserScan& scan, const BodyPart& part) {
+  std::size_t blanked = 0;
   for (std::size_t beam = 0; beam < scan.size(); ++beam) {
-    if (part.has(scan.bearing_rad(beam), scan.ranges_m[beam])) scan.ranges_m[beam] = 0.0F;
+    if (!part.has(scan.bearing_rad(beam), scan.ranges_m[beam])) continue;
+    scan.ranges_m[beam] = 0.0F;
+    ++blanked;
   }
+  return blanked;
 }
 
 std::size_t degree_of(double bearing_rad) {

@@ -31,8 +31,8 @@ struct BodyPart {
   bool operator==(const BodyPart&) const = default;
 };
 
-/// Makes no returns of those that come from the part.
-void blank(LaserScan& scan, const BodyPart& part);
+/// Makes no returns of those that come from the part. @returns how many there were.
+std::size_t blank(LaserScan& scan, const BodyPart& part);
 
 /// The bearing in whole degrees from 0 to 359, rounded down.
 std::size_t degree_of(double bearing_rad);

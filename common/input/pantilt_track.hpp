@@ -7,11 +7,6 @@
 
 namespace marco {
 
-struct PanTiltAngles {
-  double pan_rad = 0.0;
-  double tilt_rad = 0.0;
-};
-
 /// The last angles of a pan-tilt, interpolated for any moment between two states. A stamp that
 /// steps back is believed: states at or after it are dropped, so that a clock that jumps spoils
 /// only the moments around its jump. Keeps the last minutes. Not thread-safe.

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "common/input/beam_times.hpp"
 #include "lcm_tools/base/check.hpp"
 
 namespace marco {
@@ -18,6 +17,14 @@ constexpr double kStallS = 2.0;
 
 }  // namespace
 
+std::optional<double> integrated_heading_rad(const StampedPose2& last, const ImuSample& sample) {
+  constexpr double kMaxGapS = 0.5;  // across a longer gap the rate is not known
+  const double dt_s = (sample.utime - last.utime).seconds();
+  if (dt_s < 0.0 || dt_s > kMaxGapS) return std::nullopt;
+  const double turned_rad = dt_s * sample.angular_velocity_rad_per_s.z();
+  return normalize_angle(last.world_from_robot.theta_rad + turned_rad);
+}
+
 double duration_of(const LaserScan& scan, const SensorInfo& info) {
   constexpr double kLongestS = 10.0;  // damaged messages must not stretch a scan without end
   if (scan.time_offsets_s.empty()) return info.scan_duration_s;
@@ -30,8 +37,7 @@ SensorSynchronizer::SensorSynchronizer(const SynchronizerOptions& options,
                                        CountDrop drop)
     : options_(options),
       names_(std::move(names)),
-      drop_(drop ? std::move(drop) : [](const std::string&) {}),
-      lidars_(names_.lidar_of) {
+      drop_(drop ? std::move(drop) : [](const std::string&) {}) {
   validate(options, "input");
   restore({});
 }
@@ -45,15 +51,11 @@ void SensorSynchronizer::restore(SynchronizerState state) {
 void SensorSynchronizer::start_session() {
   complete_all();
   restore({});
-  lidars_.clear();
-  rates_.clear();
-  reported_channels_.clear();
 }
 
 const SensorInfo* SensorSynchronizer::sensor_of(const std::string& channel) const {
-  auto found = state_.sensors.find(channel);
-  if (found == state_.sensors.end()) found = state_.sensors.find(names_.lidar_of(channel));
-  return found == state_.sensors.end() ? nullptr : &found->second;
+  const SensorInfo* own = find_sensor(state_.sensors, channel);
+  return own != nullptr ? own : find_sensor(state_.sensors, names_.lidar_of(channel));
 }
 
 void SensorSynchronizer::add(const SensorInfo& info) {
@@ -87,14 +89,12 @@ void SensorSynchronizer::add(const ImuSample& raw) {
   PoseBuffer& heading = state_.gyro_heading;
   double heading_rad = 0.0;
   if (!heading.empty()) {
-    constexpr double kMaxGapS = 0.5;  // across a longer gap the rate is not known
-    const double dt_s = (sample.utime - heading.newest()).seconds();
-    heading_rad = heading.newest_pose().theta_rad;
-    if (dt_s < 0.0 || dt_s > kMaxGapS) {
+    const StampedPose2 last{heading.newest(), heading.newest_pose()};
+    const auto turned_rad = integrated_heading_rad(last, sample);
+    heading_rad = turned_rad.value_or(last.world_from_robot.theta_rad);
+    if (!turned_rad) {
       drop_("imu: gap in time");
       heading.clear();
-    } else {
-      heading_rad = normalize_angle(heading_rad + dt_s * sample.angular_velocity_rad_per_s.z());
     }
   }
   heading.add(sample.utime, {0.0, 0.0, heading_rad});
@@ -107,66 +107,21 @@ void SensorSynchronizer::add(PanTiltState state) {
 }
 
 void SensorSynchronizer::add(LaserScan scan) {
-  if (sensor_of(scan.channel) == nullptr) {
-    return drop_("no SENSOR_INFO for " + scan.channel + " yet");
-  }
-  if (lidars_.came_before(scan)) return drop_("duplicate scan");
-  if (!lidars_.is_used(scan)) return;
-  if (rates_.is_new_sender(scan.channel, scan.utime)) drop_(rates_.notice());
-  if (const auto wrong = range_units_.look(scan)) return drop_(*wrong);
-  correct_beams(scan);
-  blank_body_and_floor(scan);
-  StampRepair& stamps = state_.stamps[scan.channel];
+  const RuleContext context{sensor_of(scan.channel), names_.lidar_of(scan.channel),
+                            options_.calibration, drop_};
   WaitingScan waiting;
-  waiting.repaired = stamps.repair(scan.utime);
-  waiting.period_s = stamps.period_s();
-  waiting.off_beat = stamps.off_beat();
   waiting.own_odometry = state_.odometry.own_of(scan.utime);
-  waiting.beam_order = repair_beams(scan, waiting.period_s);
   waiting.scan = std::move(scan);
+  if (!state_.rules.apply(waiting, context)) return;
   state_.newest = waiting.repaired;
   state_.waiting.push_back(std::move(waiting));
   advance();
 }
 
-void SensorSynchronizer::correct_beams(LaserScan& scan) const {
-  const double range_max_m = sensor_of(scan.channel)->range_max_m;
-  for (const BeamCalibration& beams : options_.calibration.beams) {
-    if (beams.channel == scan.channel) beams.correct(scan, range_max_m);
-  }
-}
-
-// On a pan-tilt the robot is elsewhere in every scan.
-void SensorSynchronizer::blank_body_and_floor(LaserScan& scan) {
-  for (const BodyPart& part : options_.calibration.body) {
-    if (part.channel == scan.channel) blank(scan, part);
-  }
-  for (const FloorLine& floor : options_.calibration.floor) {
-    if (floor.channel == scan.channel) blank(scan, floor);
-  }
-  if (sensor_of(scan.channel)->mount != SensorInfo::Mount::robot) return;
-  OwnBody& body = state_.own_bodies[scan.channel];
-  const bool was_known = !body.parts().empty();
-  if (body.look(scan) && !was_known && !body.parts().empty()) {
-    drop_(describe(body.parts()) + ": these returns are ignored");
-  }
-  for (const BodyPart& part : body.parts()) blank(scan, part);
-}
-
-BeamVerdict SensorSynchronizer::repair_beams(LaserScan& scan, double period_s) {
-  const auto wrong = repair_beam_times(scan, period_s);
-  if (wrong && reported_channels_.insert(scan.channel).second) drop_(scan.channel + ": " + *wrong);
-  // A laser that gives the duration of its scan gives the times of its beams.
-  if (scan.time_offsets_s.empty() && is_turn_period(sensor_of(scan.channel)->scan_duration_s)) {
-    return {};
-  }
-  return state_.beam_orders[scan.channel].look(scan, period_s);
-}
-
 std::optional<BeamOrder> SensorSynchronizer::note_misfits(const SynchronizedScan& scan,
                                                           const std::vector<double>& misfits_m2) {
   if (misfits_m2.empty()) return std::nullopt;
-  BeamOrderJudge& judge = state_.beam_orders[scan.scan.channel];
+  BeamOrderJudge& judge = state_.rules.get<scan_rules::BeamsOrdered>().judges[scan.scan.channel];
   if (!judge.note(scan.beam_order, misfits_m2)) return std::nullopt;
   drop_(scan.scan.channel + ": " + judge.description());
   return judge.present();
@@ -239,7 +194,8 @@ SynchronizedScan SensorSynchronizer::synchronized(WaitingScan waiting) {
 
 // With a level laser that sends scans, a nodding laser is used for 3D only.
 bool SensorSynchronizer::has_level_laser() const {
-  return std::any_of(state_.stamps.begin(), state_.stamps.end(), [this](const auto& laser) {
+  const auto& lasers = rules().get<scan_rules::StampRepaired>().lasers;
+  return std::any_of(lasers.begin(), lasers.end(), [this](const auto& laser) {
     const SensorInfo* info = sensor_of(laser.first);
     return info != nullptr && info->mount == SensorInfo::Mount::robot &&
            !is_steep(info->parent_from_sensor);
@@ -259,15 +215,15 @@ void SensorSynchronizer::look_up_pantilt(SynchronizedScan& scan) const {
   scan.angles_known = first && last;
   // A pan-tilt that has fallen silent is taken to stand where it was.
   const PanTiltState& newest = state_.pantilt.newest();
-  scan.first_angles = first.value_or(PanTiltAngles{newest.pan_rad, newest.tilt_rad});
+  scan.first_angles = first.value_or(newest.angles());
   scan.last_angles = last.value_or(scan.first_angles);
-  const auto robot_from_sensor = [&](const PanTiltAngles& angles) {
-    return robot_from_pantilt_sensor(*base, scan.info, angles.pan_rad, angles.tilt_rad);
+  const auto place_at = [&](const PanTiltAngles& angles) {
+    return *robot_from_sensor(scan.info, base, angles);
   };
-  scan.robot_from_sensor = robot_from_sensor(scan.first_angles);
+  scan.robot_from_sensor = place_at(scan.first_angles);
   const double limit_cosine = std::cos(deg_to_rad(options_.level_tilt_limit_deg));
   const auto lies_level = [&](const PanTiltAngles& angles) {
-    return std::abs(robot_from_sensor(angles).linear()(2, 2)) >= limit_cosine - 1e-12;
+    return std::abs(place_at(angles).linear()(2, 2)) >= limit_cosine - 1e-12;
   };
   const double panned_rad = normalize_angle(scan.last_angles.pan_rad - scan.first_angles.pan_rad);
   scan.level = !has_level_laser() && lies_level(scan.first_angles) &&

@@ -4,19 +4,12 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "common/input/lidar_selection.hpp"
-#include "common/input/odometry_track.hpp"
 #include "common/input/odometry_units.hpp"
-#include "common/input/own_body.hpp"
-#include "common/input/range_units.hpp"
-#include "common/input/rate_watch.hpp"
-#include "common/input/sensor_calibration.hpp"
-#include "common/input/stamp_repair.hpp"
+#include "common/input/scan_rules.hpp"
 #include "common/input/synchronized_scan.hpp"
 #include "lcm_tools/base/options.hpp"
 
@@ -45,28 +38,6 @@ struct SynchronizerOptions {
   }
 };
 
-/// A scan that waits for odometry and pan-tilt.
-struct WaitingScan {
-  LaserScan scan;
-  Utime repaired;
-  double period_s = 0.0;
-  double off_beat = 0.0;
-  std::optional<Pose2> own_odometry;  ///< see OdometryTrack
-  BeamVerdict beam_order;
-
-  OdometryTrack::AtScan at() const { return {scan.utime, repaired, period_s, own_odometry}; }
-
-  template <class Visitor>
-  void visit(Visitor& v) {
-    v("scan", scan);
-    v("repaired", repaired);
-    v("period_s", period_s);
-    v("off_beat", off_beat);
-    v("own_odometry", own_odometry);
-    v("beam_order", beam_order);
-  }
-};
-
 /// What a SensorSynchronizer knows: resumed from it, it continues as if it had never stopped.
 struct SynchronizerState {
   std::map<std::string, SensorInfo> sensors;  ///< by channel
@@ -74,13 +45,11 @@ struct SynchronizerState {
   OdometryTrack odometry;   ///< corrected
   PoseBuffer gyro_heading;  ///< integrated yaw rate as a pose's heading
   PanTiltTrack pantilt;
-  std::map<std::string, StampRepair> stamps;  ///< by channel
-  std::map<std::string, BeamOrderJudge> beam_orders;
-  std::map<std::string, OwnBody> own_bodies;
+  ScanRules rules;  ///< a checkpoint keeps what they learnt of stamps, beam orders and bodies
   std::deque<WaitingScan> waiting;
   Utime newest;                     ///< the last scan's repaired stamp
   bool odometry_restarted = false;  ///< and no scan has come since
-  bool pantilt_is_silent = false;   ///< timed out
+  bool pantilt_is_silent = false;   ///< a scan timed out waiting for it
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -89,9 +58,9 @@ struct SynchronizerState {
     v("odometry", odometry);
     v("gyro_heading", gyro_heading);
     v("pantilt", pantilt);
-    v("stamps", stamps);
-    v("beam_orders", beam_orders);
-    v("own_bodies", own_bodies);
+    v("stamps", rules.get<scan_rules::StampRepaired>().lasers);
+    v("beam_orders", rules.get<scan_rules::BeamsOrdered>().judges);
+    v("own_bodies", rules.get<scan_rules::WithoutOwnBody>().bodies);
     v("waiting", waiting);
     v("newest", newest);
     v("odometry_restarted", odometry_restarted);
@@ -102,13 +71,12 @@ struct SynchronizerState {
 /// Names of channels, so that this room needs no message types.
 struct ChannelNames {
   std::string pantilt;  ///< whose SENSOR_INFO is that of the pan-tilt itself
-  LidarSelection::LidarOf lidar_of;
+  std::string (*lidar_of)(std::string_view channel);
 };
 
 /// Brings a robot's sensors together: samples in, in any order; scans out, in order of arrival,
 /// each with odometry, gyro and pan-tilt at its time. A scan waits until these are known, if they
-/// come at all, for `patience_s` at most. Stamps are repaired once, here (StampRepair); scans keep
-/// their own. So are beam times (beam_times.hpp, beam_order.hpp).
+/// come at all, for `patience_s` at most. Scans are conditioned once, here (ScanRules).
 ///
 /// Depends on the samples' order and stamps alone, never on a clock. Memory is bounded: 64
 /// channels, 200 waiting scans, some thousand samples of each other sensor. Not thread-safe.
@@ -142,18 +110,16 @@ class SensorSynchronizer {
   const SensorInfo* sensor_of(const std::string& channel) const;
   const SensorInfo* pantilt_base() const { return sensor_of(names_.pantilt); }
   const std::map<std::string, SensorInfo>& sensors() const { return state_.sensors; }
+  const ScanRules& rules() const { return state_.rules; }
+  /// Why odometry is not used: its unit (OdometryUnits).
+  const std::optional<std::string>& odometry_fault() const { return odometry_units_.verdict(); }
   /// For a person: what is wrong with a sensor now, "" = nothing.
-  std::string notice() const { return rates_.notice(); }
+  std::string notice() const { return rules().get<scan_rules::OneSender>().rates.notice(); }
   /// All but scans that are complete and were not taken.
   const SynchronizerState& state() const { return state_; }
   void restore(SynchronizerState state);
 
  private:
-  /// Without what it shows of the robot itself.
-  void correct_beams(LaserScan& scan) const;
-  void blank_body_and_floor(LaserScan& scan);
-  /// In a wrong unit, or order. @returns what is known of the order
-  BeamVerdict repair_beams(LaserScan& scan, double period_s);
   void advance();
   bool is_complete(const WaitingScan& scan) const;
   void complete_first();
@@ -165,13 +131,13 @@ class SensorSynchronizer {
   ChannelNames names_;
   CountDrop drop_;
   SynchronizerState state_;
-  LidarSelection lidars_;
-  RangeUnits range_units_;
   OdometryUnits odometry_units_;
-  RateWatch rates_;
-  std::set<std::string> reported_channels_;  ///< channels whose beam times were repaired
   std::deque<SynchronizedScan> complete_;
 };
+
+/// The heading at `sample`, by its yaw rate since `last`. @returns nothing across a gap, or when
+/// the stamp steps back: the rate is not known there.
+std::optional<double> integrated_heading_rad(const StampedPose2& last, const ImuSample& sample);
 
 /// Time from the first beam to the last, by the scan's own beam times or by `info`.
 double duration_of(const LaserScan& scan, const SensorInfo& info);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <functional>
 #include <limits>
 #include <string>
@@ -25,12 +24,6 @@ struct GuardOptions {
   double braking_m_per_s2 = 0.3;         ///< the base brakes at least so hard
   double delay_s = 0.3;                  ///< from an order to the wheels, at most
   double without_sensors_m_per_s = 0.2;  ///< while no sensor shows what is in the way
-
-  static constexpr const char* kBox =
-      "body_m = [FRONT, -HALF_WIDTH, FRONT, HALF_WIDTH, -BACK, HALF_WIDTH, -BACK, -HALF_WIDTH]";
-  static constexpr std::array kRenamed{
-      RenamedKey{"front_m", kBox}, RenamedKey{"back_m", kBox}, RenamedKey{"half_width_m", kBox},
-      RenamedKey{"max_age_s", "none: a sensor that falls silent stops the robot at once"}};
 
   template <class Visitor>
   void visit(Visitor& v) {

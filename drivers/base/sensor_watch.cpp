@@ -78,10 +78,9 @@ const SensorInfo* SensorWatch::info_of(const std::string& name) const {
 }
 
 std::optional<Pose3> SensorWatch::robot_from(const SensorInfo& laser, Utime now) const {
-  if (laser.mount == SensorInfo::Mount::robot) return laser.parent_from_sensor;
-  const SensorInfo* base = info_of(kPanTilt);
-  if (base == nullptr || !is_within(kRecentS, pantilt_came_, now)) return std::nullopt;
-  return robot_from_pantilt_sensor(*base, laser, pantilt_.pan_rad, pantilt_.tilt_rad);
+  std::optional<PanTiltAngles> head;
+  if (is_within(kRecentS, pantilt_came_, now)) head = pantilt_.angles();
+  return robot_from_sensor(laser, info_of(kPanTilt), head);
 }
 
 Heights SensorWatch::counted(const Pose3& robot_from_laser) const {

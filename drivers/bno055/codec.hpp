@@ -50,14 +50,9 @@ struct Request {
   Bytes data;             ///< to write
 };
 /// Takes a host's requests apart, for the emulator.
-class RequestParser {
+class RequestParser : public UnreadParser {
  public:
-  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Request> next();
-  void clear() { unread_.clear(); }
-
- private:
-  UnreadBytes unread_;
 };
 
 Bytes data_reply(std::span<const uint8_t> data);
@@ -72,17 +67,14 @@ struct Reply {
   Bytes data;
 };
 /// Parses the sensor's replies. Only the request determines where a reply begins.
-class ReplyParser {
+class ReplyParser : public UnreadParser {
  public:
   /// A request has been sent: what came before is forgotten. @param count  bytes to read; 0 = it
   /// writes
   void expect(std::size_t count);
-  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Reply> next();
-  int64_t garbage_bytes() const { return unread_.skipped(); }
 
  private:
-  UnreadBytes unread_;
   std::size_t count_ = 0;
 };
 

@@ -1,15 +1,10 @@
 #include "drivers/cola/driver.hpp"
 
-#include <algorithm>
-#include <utility>
-
 #include "drivers/laser/laser_state.hpp"
 
 namespace marco::drivers::cola {
 namespace {
 
-using std::chrono::microseconds;
-constexpr microseconds kStep{50'000};
 constexpr Duration kPatience = Duration::from_us(500'000);
 // A laser that was logged in measures again only some time after.
 constexpr double kStartS = 3.0;
@@ -33,13 +28,13 @@ bool answers_to(const std::string& text, const std::string& request) {
 }  // namespace
 
 ColaDriver::ColaDriver(ByteStream& stream, const ColaOptions& options, Clock clock)
-    : stream_(stream), options_(options), clock_(std::move(clock)) {
+    : Dialogue(stream, std::move(clock)), options_(options) {
   validate(options, "cola");
   enter(Phase::finding);
 }
 
 LaserProperties ColaDriver::properties() const {
-  return {assembler_.scan_duration_s(), options_.range_min_m,
+  return {scans_.scan_duration_s(), options_.range_min_m,
           options_.range_max_m > 0.0 ? options_.range_max_m : range_max_of(model_),
           options_.range_sigma_m};
 }
@@ -67,15 +62,15 @@ void ColaDriver::enter(Phase phase) {
   phase_ = phase;
   tries_ = 0;
   if (phase != Phase::measuring) return ask();
-  assembler_.restart_clock();
-  deadline_ = clock_() + Duration::from_seconds(kStartS);
+  scans_.restart_clock();
+  wait(Duration::from_seconds(kStartS));
   trouble_.clear();
 }
 
 void ColaDriver::ask() {
   ++tries_;
   send(request_of(phase_));
-  deadline_ = clock_() + kPatience;
+  wait(kPatience);
 }
 
 void ColaDriver::send(const std::string& text) { stream_.write(encode_telegram(text)); }
@@ -87,34 +82,16 @@ void ColaDriver::start_over(const std::string& why) {
 }
 
 Duration ColaDriver::silence_allowed() const {
-  return Duration::from_seconds(0.5 + 3.0 * assembler_.scan_period_s());
-}
-
-std::vector<ArrivedScan> ColaDriver::step() {
-  microseconds wait = kStep;
-  if (phase_ != Phase::measuring) {
-    wait = std::clamp(microseconds((deadline_ - clock_()).us), microseconds(0), kStep);
-  }
-  uint8_t buffer[16'384];
-  const std::size_t count = stream_.read(buffer, wait);
-  const Utime arrival = clock_();
-  parser_.push({buffer, count});
-  while (const auto telegram = parser_.next()) on_telegram(*telegram, arrival);
-  if (phase_ == Phase::measuring) {
-    if (clock_() > deadline_) start_over("the scans stopped");
-  } else if (clock_() >= deadline_) {
-    on_timeout();
-  }
-  assembler_.counts().garbage_bytes = parser_.garbage_bytes();
-  return assembler_.take_scans();
+  return Duration::from_seconds(0.5 + 3.0 * scans_.scan_period_s());
 }
 
 void ColaDriver::on_input_flushed() {
   parser_.clear();
-  if (phase_ == Phase::measuring) deadline_ = clock_() + silence_allowed();
+  if (phase_ == Phase::measuring) wait(silence_allowed());
 }
 
 void ColaDriver::on_timeout() {
+  if (phase_ == Phase::measuring) return start_over("the scans stopped");
   if (phase_ != Phase::finding) {
     return tries_ < kTries ? ask() : start_over("the laser stopped answering");
   }
@@ -126,11 +103,11 @@ void ColaDriver::on_timeout() {
   ask();
 }
 
-void ColaDriver::on_telegram(const Telegram& telegram, Utime arrival) {
+void ColaDriver::on_answer(const Telegram& telegram, Utime arrival) {
   const std::string& text = telegram.text;
   if (text.starts_with("sSN LMDscandata")) return on_scan(text, arrival);
   if (phase_ == Phase::measuring) return;
-  if (refusal(text) || answers_to(text, request_of(phase_))) on_answer(text);
+  if (refusal(text) || answers_to(text, request_of(phase_))) on_reply(text);
 }
 
 void ColaDriver::on_scan(const std::string& text, Utime arrival) {
@@ -138,14 +115,14 @@ void ColaDriver::on_scan(const std::string& text, Utime arrival) {
   if (phase_ != Phase::measuring) return;
   const auto data = decode_scan(text);
   if (!data) {
-    ++assembler_.counts().drops["inconsistent"];
+    ++scans_.counts().drops["inconsistent"];
     return;
   }
-  assembler_.add(*data, arrival);
+  scans_.add(*data, arrival);
   deadline_ = arrival + silence_allowed();
 }
 
-void ColaDriver::on_answer(const std::string& text) {
+void ColaDriver::on_reply(const std::string& text) {
   const auto refused = refusal(text);
   switch (phase_) {
     case Phase::finding:
@@ -182,10 +159,10 @@ std::string ColaDriver::state() const {
   std::string state = "setting the laser up, step " + std::to_string(static_cast<int>(phase_));
   if (phase_ == Phase::finding) state = "looking for the laser";
   if (phase_ == Phase::measuring) {
-    state = "measuring, " + describe_scans(counts(), assembler_.filter()) +
+    state = "measuring, " + describe_scans(counts(), scans_.filter()) +
             (model_.empty() ? "" : ", " + model_);
   }
-  const std::string said = phase_ == Phase::measuring ? assembler_.trouble() : trouble_;
+  const std::string said = phase_ == Phase::measuring ? scans_.trouble() : trouble_;
   return with_trouble(state, counts(), said.empty() ? trouble_ : said);
 }
 

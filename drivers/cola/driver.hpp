@@ -3,7 +3,7 @@
 #include <string>
 
 #include "drivers/cola/scan_assembler.hpp"
-#include "drivers/transport/byte_stream.hpp"
+#include "drivers/laser/dialogue.hpp"
 #include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::cola {
@@ -28,17 +28,15 @@ struct ColaOptions {
 
 /// Asks the laser who it is, waits until it is ready, and has it send each scan. What is set for
 /// good in the laser stays as it is. Starts over when the laser falls silent.
-class ColaDriver final : public LaserDriver {
+class ColaDriver final : public Dialogue<TelegramParser, ScanAssembler> {
  public:
   /// @param stream  outlives the driver.
   ColaDriver(ByteStream& stream, const ColaOptions& options, Clock clock);
 
-  std::vector<ArrivedScan> step() override;
   void on_input_flushed() override;
   std::string state() const override;
   bool answers() const override { return phase_ != Phase::finding; }
   LaserProperties properties() const override;
-  const LaserCounts& counts() const override { return assembler_.counts(); }
   void stop() override { send("sEN LMDscandata 0"); }
 
   const std::string& model() const { return model_; }
@@ -55,28 +53,22 @@ class ColaDriver final : public LaserDriver {
     measuring
   };
 
+  bool asks() const override { return phase_ != Phase::measuring; }
+  void on_answer(const Telegram& telegram, Utime arrival) override;
+  void on_timeout() override;
   static std::string request_of(Phase phase);
   void enter(Phase phase);
   void ask();
   void send(const std::string& text);
   void start_over(const std::string& why);
-  void on_telegram(const Telegram& telegram, Utime arrival);
   void on_scan(const std::string& text, Utime arrival);
-  void on_answer(const std::string& text);
+  void on_reply(const std::string& text);
   void on_state(const std::string& text);
-  void on_timeout();
   Duration silence_allowed() const;
 
-  ByteStream& stream_;
   ColaOptions options_;
-  Clock clock_;
-  TelegramParser parser_;
-  ScanAssembler assembler_;
   Phase phase_ = Phase::finding;
-  int tries_ = 0;
-  Utime deadline_;  ///< of the answer; while measuring, of the next scan
   std::string model_;
-  std::string trouble_;
 };
 
 }  // namespace marco::drivers::cola

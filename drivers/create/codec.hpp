@@ -82,19 +82,13 @@ Bytes encode_frame(const Sensors& sensors);
 std::optional<Sensors> decode_frame(std::span<const uint8_t> frame);
 
 /// Finds frames however they are split, and again after damage.
-class FrameParser {
+class FrameParser : public UnreadParser {
  public:
   struct Received {
     Sensors sensors;
     std::size_t bytes_after = 0;  ///< pushed already, behind it
   };
-  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Received> next();
-  void clear() { unread_.clear(); }
-  int64_t garbage_bytes() const { return unread_.skipped(); }
-
- private:
-  UnreadBytes unread_;
 };
 
 /// A host's request, for the emulator.
@@ -102,14 +96,9 @@ struct Request {
   Opcode opcode = Opcode::start;
   Bytes data;
 };
-class RequestParser {
+class RequestParser : public UnreadParser {
  public:
-  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Request> next();
-  void clear() { unread_.clear(); }
-
- private:
-  UnreadBytes unread_;
 };
 
 }  // namespace marco::drivers::create

@@ -4,10 +4,8 @@
 #include <string>
 #include <utility>
 
-#include "drivers/base/base_driver.hpp"
-#include "drivers/base/click_odometry.hpp"
+#include "drivers/base/differential_base.hpp"
 #include "drivers/base/wheel_counters.hpp"
-#include "drivers/base/wheel_plan.hpp"
 #include "drivers/create/codec.hpp"
 #include "drivers/transport/baud_search.hpp"
 
@@ -34,9 +32,9 @@ struct CreateOptions {
 };
 
 /// Driver of a Create 2 or Roomba in its mode "safe", in which the robot itself stops at a cliff or
-/// a hanging wheel. The host plans (WheelPlan). The robot has no watchdog: when this process hangs
-/// or dies its guardian stops it; when the cable falls out it drives on until something stops it.
-class CreateBase : public BaseDriver {
+/// a hanging wheel. The robot has no watchdog: when this process hangs or dies its guardian stops
+/// it; when the cable falls out it drives on until something stops it.
+class CreateBase : public DifferentialBase {
  public:
   using Options = CreateOptions;
   static constexpr const char* kDevice = "/dev/ttyUSB0";
@@ -46,47 +44,33 @@ class CreateBase : public BaseDriver {
 
   void on_connection(bool connected, Utime now) override;
   void receive(std::span<const uint8_t> bytes, Utime now) override;
-  void advance(Utime now, std::vector<uint8_t>& out) override;
   std::vector<uint8_t> stop_bytes() const override;
   void shut_down(std::vector<uint8_t>& out) override;
   std::optional<int> take_line_speed() override { return std::exchange(speed_due_, std::nullopt); }
-  BaseDynamics dynamics() const override { return plan_.dynamics(); }
   int64_t bad_input() const override { return parser_.garbage_bytes() + counters_.implausible(); }
 
  private:
-  void start_leg(const Leg& leg, Utime now) override;
-  double leg_remaining() const override { return plan_.leg_remaining(odom_from_robot()); }
-  void drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime now) override;
-  void stop_wheels(Utime /*now*/) override { plan_.stop(); }
-  void emergency_brake(Utime now) override;
-  void speeds_changed() override { plan_.set_speeds(speeds()); }
+  void keep_link(Utime now, std::vector<uint8_t>& out) override;
+  bool takes_speeds() const override { return streams_; }
+  void send_speeds(const WheelSpeeds& speeds, bool due, std::vector<uint8_t>& out) override;
 
-  void begin_session(Utime now);
+  void start_session(Utime now);
   void on_sensors(const Sensors& sensors, Utime left);
-  bool count(const Sensors& sensors, Utime left);
-  void judge_bumpers(const Sensors& sensors, Utime now);
-  void judge_link(const Sensors& sensors, Utime now);
+  void count(const Sensors& sensors, Utime left);
+  void judge(const Sensors& sensors, Utime now);
   static std::string why_unsafe(const Sensors& sensors);
   void ask(Utime now, std::vector<uint8_t>& out);
-  void send_motion(Utime now, std::vector<uint8_t>& out);
-  double tick_m() const;
 
-  CreateOptions options_;
   FrameParser parser_;
   BaudSearch search_;
   std::optional<int> speed_due_;
   bool heard_ = false;  ///< a frame at this speed, ever
   Utime next_speed_;    ///< when the next one is tried
-  ClickOdometry odometry_;
   WheelCounters counters_;
-  WheelPlan plan_;
-  bool connected_ = false;
-  bool streams_ = false;     ///< its frames come
-  bool safe_due_ = true;     ///< its mode "safe" is to be asked for
-  bool may_be_safe_ = true;  ///< nothing is in the way of it
-  Utime asked_since_;        ///< for so long in vain
-  Utime understood_;         ///< when a frame was, last
-  Utime next_ask_, next_motion_;
+  bool streams_ = false;            ///< its frames come
+  bool safe_due_ = true;            ///< its mode "safe" is to be asked for
+  bool may_be_safe_ = true;         ///< nothing is in the way of it
+  Utime asked_since_;               ///< for so long in vain
   std::optional<Utime> last_left_;  ///< when the last frame left the robot
 };
 

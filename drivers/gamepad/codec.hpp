@@ -26,15 +26,9 @@ std::vector<uint8_t> encode_event(const Event& event);
 
 /// Cuts a stream into records, however a FIFO splits it. Bytes that cannot be a record are passed
 /// over one by one and counted, so that a lost byte costs some records, not all that follow.
-class RecordReader {
+class RecordReader : public UnreadParser {
  public:
-  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Event> next();
-  void clear() { unread_.clear(); }
-  int64_t garbage_bytes() const { return unread_.skipped(); }
-
- private:
-  UnreadBytes unread_;
 };
 
 /// State of a gamepad after its events. Axes and buttons without an event are at rest.

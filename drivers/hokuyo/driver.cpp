@@ -1,8 +1,6 @@
 #include "drivers/hokuyo/driver.hpp"
 
-#include <algorithm>
 #include <cstdio>
-#include <utility>
 
 #include "drivers/laser/laser_state.hpp"
 #include "drivers/transport/paced_output.hpp"
@@ -10,8 +8,6 @@
 namespace marco::drivers::hokuyo {
 namespace {
 
-using std::chrono::microseconds;
-constexpr microseconds kStep{50'000};
 constexpr Duration kPatience = Duration::from_us(250'000);
 constexpr int kTries = 3;
 constexpr int kUsbBaud = 115'200;  // without effect there, but a terminal needs one
@@ -21,9 +17,8 @@ constexpr std::size_t kLongestReplyBytes = 2500;
 }  // namespace
 
 HokuyoDriver::HokuyoDriver(ByteStream& stream, const HokuyoOptions& options, Clock clock)
-    : stream_(stream),
+    : Dialogue(stream, std::move(clock)),
       options_(options),
-      clock_(std::move(clock)),
       search_(options.baud,
               options.baud == 0 ? std::vector<int>{}
                                 : std::vector<int>{19'200, 115'200, 38'400, 57'600}) {
@@ -32,8 +27,8 @@ HokuyoDriver::HokuyoDriver(ByteStream& stream, const HokuyoOptions& options, Clo
 }
 
 LaserProperties HokuyoDriver::properties() const {
-  const Parameters& parameters = assembler_.parameters();
-  return {assembler_.scan_duration_s(), 0.001 * parameters.range_min_mm,
+  const Parameters& parameters = scans_.parameters();
+  return {scans_.scan_duration_s(), 0.001 * parameters.range_min_mm,
           0.001 * parameters.range_max_mm, options_.range_sigma_m};
 }
 
@@ -49,7 +44,7 @@ std::string HokuyoDriver::request_of(Phase phase) const {
     case Phase::laser_on:
       return "BM";
     case Phase::starting:
-      return assembler_.request().line();
+      return scans_.request().line();
     default:
       return "QT";
   }
@@ -59,8 +54,8 @@ void HokuyoDriver::enter(Phase phase) {
   phase_ = phase;
   tries_ = 0;
   if (phase == Phase::measuring) {
-    assembler_.restart_clock();
-    deadline_ = clock_() + silence_allowed();
+    scans_.restart_clock();
+    wait(silence_allowed());
     trouble_.clear();
     return;
   }
@@ -72,7 +67,7 @@ void HokuyoDriver::ask() {
   // Old firmware still speaks SCIP 1.1, which has no QT.
   if (phase_ == Phase::finding) send("SCIP2.0");
   send(request_of(phase_));
-  deadline_ = clock_() + kPatience + line_time(300, baud_);
+  wait(kPatience + line_time(300, baud_));
 }
 
 void HokuyoDriver::send(const std::string& line) {
@@ -99,57 +94,37 @@ void HokuyoDriver::start_over(const std::string& why) {
 }
 
 Duration HokuyoDriver::silence_allowed() const {
-  return Duration::from_seconds(0.5 + 3.0 * assembler_.scan_period_s()) +
+  return Duration::from_seconds(0.5 + 3.0 * scans_.scan_period_s()) +
          line_time(kLongestReplyBytes, baud_);
-}
-
-std::vector<ArrivedScan> HokuyoDriver::step() {
-  microseconds wait = kStep;
-  if (phase_ != Phase::measuring) {
-    wait = std::clamp(microseconds((deadline_ - clock_()).us), microseconds(0), kStep);
-  }
-  uint8_t buffer[8192];
-  const std::size_t count = stream_.read(buffer, wait);
-  const Utime arrival = clock_();
-  parser_.push({buffer, count});
-  while (const auto reply = parser_.next()) on_reply(*reply, arrival);
-  if (phase_ == Phase::measuring) {
-    if (clock_() > deadline_) start_over("the scans stopped");
-  } else if (clock_() >= deadline_) {
-    on_timeout();
-  }
-  LaserCounts& counts = assembler_.counts();
-  counts.garbage_bytes = parser_.garbage_bytes();
-  if (parser_.bad_checksums() > 0) counts.drops["bad_checksum"] = parser_.bad_checksums();
-  return assembler_.take_scans();
 }
 
 void HokuyoDriver::on_input_flushed() {
   parser_.clear();
-  if (phase_ == Phase::measuring) deadline_ = clock_() + silence_allowed();
+  if (phase_ == Phase::measuring) wait(silence_allowed());
 }
 
 void HokuyoDriver::on_timeout() {
+  if (phase_ == Phase::measuring) return start_over("the scans stopped");
   if (phase_ == Phase::finding) return try_next_baud_rate();
   if (phase_ == Phase::changing_baud && tries_ >= kTries) return enter(Phase::asking_parameters);
   if (tries_ < kTries) return ask();
   start_over("the laser stopped answering");
 }
 
-void HokuyoDriver::on_reply(const Reply& reply, Utime arrival) {
+void HokuyoDriver::on_answer(const Reply& reply, Utime arrival) {
   const bool is_scan = reply.status == "99";
   if (phase_ == Phase::measuring) {
     if (!is_scan) return;
     const int64_t scans = counts().scans;
     const std::size_t bytes = encode_reply(reply).size() + parser_.bytes_after();
-    assembler_.add(reply, arrival - line_time(bytes, baud_), arrival);
+    scans_.add(reply, arrival - line_time(bytes, baud_), arrival);
     if (counts().scans > scans) deadline_ = arrival + silence_allowed();
   } else if (!is_scan && reply.echo == request_of(phase_)) {
-    on_answer(reply);
+    on_reply(reply);
   }
 }
 
-void HokuyoDriver::on_answer(const Reply& reply) {
+void HokuyoDriver::on_reply(const Reply& reply) {
   switch (phase_) {
     case Phase::finding:
       // Another program has left it telling its time: it obeys nothing else.
@@ -164,7 +139,7 @@ void HokuyoDriver::on_answer(const Reply& reply) {
     case Phase::asking_parameters: {
       const auto parameters = decode_parameters(reply);
       if (!parameters) return start_over("the laser's parameters are invalid");
-      assembler_.start(*parameters, options_.cluster, options_.skip);
+      scans_.start(*parameters, options_.cluster, options_.skip);
       return enter(Phase::laser_on);
     }
     case Phase::laser_on:
@@ -179,8 +154,8 @@ void HokuyoDriver::on_answer(const Reply& reply) {
 std::string HokuyoDriver::state() const {
   std::string state;
   if (phase_ == Phase::measuring) {
-    state = "measuring, " + describe_scans(counts(), assembler_.filter()) + ", " +
-            assembler_.parameters().model;
+    state = "measuring, " + describe_scans(counts(), scans_.filter()) + ", " +
+            scans_.parameters().model;
   } else if (phase_ == Phase::finding) {
     state = "looking for the laser" + (baud_ == 0 ? "" : ", at baud " + std::to_string(baud_));
   } else {

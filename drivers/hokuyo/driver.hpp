@@ -3,8 +3,8 @@
 #include <string>
 
 #include "drivers/hokuyo/scan_assembler.hpp"
+#include "drivers/laser/dialogue.hpp"
 #include "drivers/transport/baud_search.hpp"
-#include "drivers/transport/byte_stream.hpp"
 #include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::hokuyo {
@@ -29,17 +29,15 @@ struct HokuyoOptions {
 
 /// Stops the laser, switches it to SCIP 2.0 and to its speed, asks its parameters and starts the
 /// stream. Starts over when the laser falls silent.
-class HokuyoDriver final : public LaserDriver {
+class HokuyoDriver final : public Dialogue<ReplyParser, ScanAssembler> {
  public:
   /// @param stream  outlives the driver.
   HokuyoDriver(ByteStream& stream, const HokuyoOptions& options, Clock clock);
 
-  std::vector<ArrivedScan> step() override;
   void on_input_flushed() override;
   std::string state() const override;
   bool answers() const override { return phase_ != Phase::finding; }
   LaserProperties properties() const override;
-  const LaserCounts& counts() const override { return assembler_.counts(); }
   void stop() override { send("QT"); }
 
   bool measuring() const { return phase_ == Phase::measuring; }
@@ -47,6 +45,9 @@ class HokuyoDriver final : public LaserDriver {
  private:
   enum class Phase { finding, changing_baud, asking_parameters, laser_on, starting, measuring };
 
+  bool asks() const override { return phase_ != Phase::measuring; }
+  void on_answer(const Reply& reply, Utime arrival) override;
+  void on_timeout() override;
   void enter(Phase phase);
   void ask();
   std::string request_of(Phase phase) const;
@@ -54,22 +55,13 @@ class HokuyoDriver final : public LaserDriver {
   void set_baud(int baud);
   void try_next_baud_rate();
   void start_over(const std::string& why);
-  void on_reply(const Reply& reply, Utime arrival);
-  void on_answer(const Reply& reply);
-  void on_timeout();
+  void on_reply(const Reply& reply);
   Duration silence_allowed() const;
 
-  ByteStream& stream_;
   HokuyoOptions options_;
-  Clock clock_;
-  ReplyParser parser_;
   BaudSearch search_;
-  ScanAssembler assembler_;
   Phase phase_ = Phase::finding;
   int baud_ = 0;  ///< 0 = the line has none
-  int tries_ = 0;
-  Utime deadline_;  ///< of the phase; while measuring, of the next scan
-  std::string trouble_;
 };
 
 }  // namespace marco::drivers::hokuyo

@@ -29,16 +29,10 @@ struct Frame {
 Bytes encode_frame(const Frame& frame);
 
 /// Cuts a stream into frames; never delivers one whose sum does not fit.
-class FrameParser {
+class FrameParser : public UnreadParser {
  public:
-  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Frame> next();
-  void clear() { unread_.clear(); }
-  int64_t garbage_bytes() const { return unread_.skipped(); }
   std::size_t waiting() const { return unread_.size(); }
-
- private:
-  UnreadBytes unread_;
 };
 
 inline constexpr double kGravity = 9.80665;  ///< [m/s^2] of the sensor's g

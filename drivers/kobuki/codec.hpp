@@ -72,19 +72,13 @@ struct Order {
 std::optional<Order> decode_order(std::span<const uint8_t> payload);
 
 /// Finds payloads however frames are split, and again after damage.
-class FrameParser {
+class FrameParser : public UnreadParser {
  public:
   struct Received {
     Bytes payload;
     std::size_t bytes_after = 0;  ///< pushed already, behind the frame
   };
-  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Received> next();
-  void clear() { unread_.clear(); }
-  int64_t garbage_bytes() const { return unread_.skipped(); }
-
- private:
-  UnreadBytes unread_;
 };
 
 }  // namespace marco::drivers::kobuki

@@ -10,7 +10,6 @@ namespace {
 
 using Link = BaseStatus::Link;
 
-constexpr double kSilentS = 0.5;
 constexpr double kAskEveryS = 1.0;
 // Frames come every 20 ms, several at once where the cable's converter collects them. When the
 // robot's clock steps by more than this, it was switched off and on.
@@ -28,29 +27,25 @@ const KobukiOptions& checked(const KobukiOptions& options) {
 }  // namespace
 
 KobukiBase::KobukiBase(const KobukiOptions& options)
-    : BaseDriver("kobuki", options.speeds, options.guard),
-      options_(checked(options)),
-      odometry_(1.0 / options.ticks_per_m, options.track_m),
-      counters_(1.0 / options.ticks_per_m),
-      plan_(1.0 / options.ticks_per_m, options.track_m) {
-  KobukiBase::speeds_changed();
-}
+    : DifferentialBase("kobuki",
+                       options.speeds,
+                       options.guard,
+                       1.0 / options.ticks_per_m,
+                       checked(options).track_m),
+      counters_(tick_m()) {}
 
 void KobukiBase::on_connection(bool connected, Utime now) {
-  connected_ = connected;
   parser_.clear();
-  begin_session(now);
-  set_link(Link::down, connected ? "waiting for the robot" : "the line is gone", now);
+  start_session(now);
+  note_line(connected, "the robot", now);
 }
 
-void KobukiBase::begin_session(Utime now) {
+void KobukiBase::start_session(Utime now) {
+  begin_session(now);
   speaks_ = frame_came_ = false;
-  next_ask_ = understood_ = now;
   last_clock_ms_.reset();
   clock_.reset();
   counters_.forget();
-  odometry_.forget_stamps();
-  plan_.stand();
 }
 
 void KobukiBase::receive(std::span<const uint8_t> bytes, Utime now) {
@@ -65,7 +60,7 @@ void KobukiBase::receive(std::span<const uint8_t> bytes, Utime now) {
 }
 
 void KobukiBase::on_feedback(const Feedback& feedback, Utime left) {
-  understood_ = left;
+  note_sign_of_life(left);
   speaks_ = frame_came_ = true;
   if (feedback.firmware) {
     const auto& [major, minor, patch] = *feedback.firmware;
@@ -73,19 +68,16 @@ void KobukiBase::on_feedback(const Feedback& feedback, Utime left) {
                 std::to_string(patch);
     if (status().link == Link::up) set_link(Link::up, "Kobuki" + firmware_, left);
   }
+  count(feedback, left);
+  judge(feedback, left);
+  follow_leg(left);
+}
+
+void KobukiBase::count(const Feedback& feedback, Utime left) {
   const double step_s = tell_time(feedback);
   const Utime when = clock_.update(robot_s_, left);
-  const Pose2 before = odom_from_robot();
-  const auto step = counters_.count(feedback.left_ticks, feedback.right_ticks, step_s);
-  const bool moved = step.left_clicks != 0.0 || step.right_clicks != 0.0;
-  publish_odometry(odometry_.count(step, when));
+  turned(counters_.count(feedback.left_ticks, feedback.right_ticks, step_s), when, left);
   publish_gyro(feedback, when);
-  plan_.note_motion(moved);
-  judge_bumpers(feedback, left);
-  judge_link(feedback, left);
-  if (const auto end = plan_.follow(before, odom_from_robot(), moved, left)) {
-    leg_ended(end->reached, end->why_not, left);
-  }
 }
 
 double KobukiBase::tell_time(const Feedback& feedback) {
@@ -115,92 +107,34 @@ void KobukiBase::publish_gyro(const Feedback& feedback, Utime when) {
   output().imu.push_back(sample);
 }
 
-void KobukiBase::judge_bumpers(const Feedback& feedback, Utime now) {
-  const std::vector<bool> bumpers{(feedback.bumpers & kLeft) != 0,
-                                  (feedback.bumpers & kCentre) != 0,
-                                  (feedback.bumpers & kRight) != 0};
-  std::vector<int> pressed;
-  for (std::size_t i = 0; i < bumpers.size(); ++i) {
-    if (bumpers[i]) pressed.push_back(static_cast<int>(i) + 1);
-  }
-  guard().on_bumpers(pressed, {});
-  if (!pressed.empty() && plan_.velocity_m_per_s() > 0.0) {  // a ramp would push on
-    plan_.cut_velocity();
-    next_motion_ = now;
-  }
-  edit_status().battery_v = {0.1 * feedback.decivolts};
-  const bool news = bumpers != edit_status().bumpers;
-  edit_status().bumpers = bumpers;
-  if (news) tell(now);
-}
-
 std::string KobukiBase::why_unsafe(const Feedback& feedback) {
   if (feedback.hanging_wheels != 0) return "a wheel hangs: is the robot lifted?";
   if (feedback.cliffs != 0) return "there is a cliff in front of it: push it back";
   return feedback.on_cable() ? "it charges by its cable: take that out" : "";
 }
 
-// Nothing that was ordered before resumes.
-void KobukiBase::judge_link(const Feedback& feedback, Utime now) {
-  const std::string why_not = why_unsafe(feedback);
-  edit_status().motors_on = why_not.empty();
-  if (!why_not.empty()) {
-    if (status().link == Link::starting && status().note == why_not) return;
-    plan_.stand();
-    next_motion_ = now;
-    set_link(Link::starting, why_not, now);
-  } else if (status().link != Link::up) {
-    plan_.stand();
-    set_link(Link::up, "Kobuki" + firmware_, now);
-  }
-}
-
-void KobukiBase::start_leg(const Leg& leg, Utime now) {
-  plan_.start_leg(leg, odom_from_robot(), now);
-}
-
-void KobukiBase::drive(double velocity_m_per_s, double yaw_rate_rad_per_s, Utime /*now*/) {
-  plan_.drive(velocity_m_per_s, yaw_rate_rad_per_s);
-}
-
-void KobukiBase::emergency_brake(Utime now) {
-  plan_.stop();
-  plan_.halt();
-  next_motion_ = now;
+void KobukiBase::judge(const Feedback& feedback, Utime now) {
+  edit_status().battery_v = {0.1 * feedback.decivolts};
+  const auto pressed = [&feedback](uint8_t bit) { return (feedback.bumpers & bit) != 0; };
+  if (touched({pressed(kLeft), pressed(kCentre), pressed(kRight)}, now)) tell(now);
+  if (judge_link(why_unsafe(feedback), "Kobuki" + firmware_, now)) send_at_once(now);
 }
 
 // An order for every frame: the robot may wait for them.
-void KobukiBase::send_motion(Utime now, std::vector<uint8_t>& out) {
-  if (!speaks_) return;
-  const bool due = now >= next_motion_;
-  if (due) {
-    next_motion_ = now + Duration::from_seconds(WheelPlan::kStepS);
-    if (status().link == Link::up) {
-      plan_.step(odom_from_robot());
-    } else {
-      plan_.halt();
-    }
-  }
+void KobukiBase::send_speeds(const WheelSpeeds& speeds, bool due, std::vector<uint8_t>& out) {
   if (!due && !frame_came_) return;
   frame_came_ = false;
-  const double left = plan_.left_m_per_s(), right = plan_.right_m_per_s();
-  append(out, velocity_request((left + right) / 2.0, (right - left) / options_.track_m));
+  const double left = speeds.left_m_per_s, right = speeds.right_m_per_s;
+  append(out, velocity_request((left + right) / 2.0, (right - left) / track_m()));
 }
 
-void KobukiBase::advance(Utime now, std::vector<uint8_t>& out) {
-  if (!connected_) return;
-  if (speaks_ && (now - understood_).seconds() > kSilentS) {
-    begin_session(now);
+void KobukiBase::keep_link(Utime now, std::vector<uint8_t>& out) {
+  if (speaks_ && silent_for(kSilentS, now)) {
+    start_session(now);
     append(out, velocity_request(0.0, 0.0));  // perhaps it still hears us
     set_link(Link::down, "the robot is silent: is it switched on?", now);
   }
-  if (speaks_ && firmware_.empty() && now >= next_ask_) {
-    next_ask_ = now + Duration::from_seconds(kAskEveryS);
-    append(out, version_request());
-  }
-  advance_motion(now);
-  if (plan_.came_to_stand()) stopped(now);
-  send_motion(now, out);
+  if (speaks_ && firmware_.empty() && ask_is_due(kAskEveryS, now)) append(out, version_request());
 }
 
 // The zeros end a frame that was sent in part.

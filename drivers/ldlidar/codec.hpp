@@ -51,17 +51,14 @@ struct Received {
 };
 
 /// Finds packets however they are split, and again after damage.
-class PacketParser {
+class PacketParser : public UnreadParser {
  public:
-  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Received> next();
   void clear();
 
-  int64_t garbage_bytes() const { return unread_.skipped(); }
   int64_t bad_checksums() const { return bad_checksums_; }
 
  private:
-  UnreadBytes unread_;
   bool continuous_ = true;
   int64_t bad_checksums_ = 0;
 };

@@ -10,7 +10,6 @@
 namespace marco::drivers::ldlidar {
 namespace {
 
-constexpr std::chrono::microseconds kStep{50'000};
 constexpr Duration kListen = Duration::from_us(500'000);
 constexpr Duration kSilence = Duration::from_us(500'000);
 constexpr int kFastBaud = 921'600;  // of an STL27L
@@ -21,58 +20,39 @@ constexpr double kLearnS = 0.3;
 }  // namespace
 
 LdlidarDriver::LdlidarDriver(ByteStream& stream, const LdlidarOptions& options, Clock clock)
-    : stream_(stream),
+    : Dialogue(stream, std::move(clock), PacketTurns::Timing{true, kLearnS}),
       options_(options),
-      clock_(std::move(clock)),
-      search_(230'400, {kFastBaud, 115'200}),
-      turns_({true, kLearnS}) {
+      search_(230'400, {kFastBaud, 115'200}) {
   validate(options, "ldlidar");
   listen_at_next_speed();
 }
 
 LaserProperties LdlidarDriver::properties() const {
   const double model_max_m = search_.current() == kFastBaud ? kFastRangeMaxM : kRangeMaxM;
-  return {turns_.turn_s(), options_.range_min_m,
+  return {scans_.turn_s(), options_.range_min_m,
           options_.range_max_m > 0.0 ? options_.range_max_m : model_max_m, options_.range_sigma_m};
 }
 
 void LdlidarDriver::listen_at_next_speed() {
-  stream_.set_line({search_.next(), Parity::none});
-  stream_.discard_input();
+  set_speed(search_.next());
   parser_.clear();
-  turns_.restart();
+  scans_.restart();
   stamp_ms_.reset();
-  deadline_ = clock_() + kListen;
+  wait(kListen);
 }
 
-std::vector<ArrivedScan> LdlidarDriver::step() {
-  uint8_t buffer[8192];
-  const std::size_t count = stream_.read(buffer, kStep);
-  const Utime arrival = clock_();
-  parser_.push({buffer, count});
-  while (const auto received = parser_.next()) {
-    on_packet(*received, arrival - line_time(received->bytes_after, search_.current()));
-  }
-  if (arrival > deadline_) {
-    // The laser may only have been switched off: its own speed is listened at once more.
-    if (std::exchange(heard_, false)) {
-      trouble_ = "the packets stopped";
-      turns_.lose_count();
-      deadline_ = arrival + kListen;
-    } else {
-      listen_at_next_speed();
-    }
-  }
-  LaserCounts& counts = turns_.counts();
-  counts.garbage_bytes = parser_.garbage_bytes();
-  if (parser_.bad_checksums() > 0) counts.drops["bad_checksum"] = parser_.bad_checksums();
-  return turns_.take_scans();
+// The laser may only have been switched off: its own speed is listened at once more.
+void LdlidarDriver::on_timeout() {
+  if (!std::exchange(heard_, false)) return listen_at_next_speed();
+  trouble_ = "the packets stopped";
+  scans_.lose_count();
+  wait(kListen);
 }
 
 void LdlidarDriver::on_input_flushed() {
-  turns_.lose_count();
+  scans_.lose_count();
   parser_.clear();
-  deadline_ = clock_() + kSilence;
+  wait(kSilence);
 }
 
 // A laser that was switched off and on again begins again: any stamp is later than the last one.
@@ -83,7 +63,8 @@ double LdlidarDriver::unwrapped_s(int stamp_ms) {
   return stamps_s_;
 }
 
-void LdlidarDriver::on_packet(const Received& received, Utime arrival) {
+void LdlidarDriver::on_answer(const Received& received, Utime read) {
+  const Utime arrival = read - line_time(received.bytes_after, search_.current());
   const Packet& packet = received.packet;
   SamplePacket samples;
   samples.continuous = received.continuous;
@@ -96,7 +77,7 @@ void LdlidarDriver::on_packet(const Received& received, Utime arrival) {
     samples.samples.push_back({angle_deg, deg_to_rad(options_.clockwise ? -angle_deg : angle_deg),
                                1e-3 * sample.range_mm, static_cast<double>(sample.intensity)});
   }
-  turns_.add(samples);
+  scans_.add(samples);
   // Noise may hold one packet by chance, not two in a row.
   if (!heard_ && !received.continuous) return;
   if (!heard_) trouble_.clear();
@@ -107,9 +88,9 @@ void LdlidarDriver::on_packet(const Received& received, Utime arrival) {
 std::string LdlidarDriver::state() const {
   if (!heard_) return with_trouble("looking for the laser", counts(), trouble_);
   char text[100];
-  std::snprintf(text, sizeof(text), "%.1f a second, %.0f samples a second", 1.0 / turns_.turn_s(),
-                turns_.sample_rate_hz());
-  return with_trouble("measuring, " + describe_scans(counts(), turns_.filter()) + ", " + text +
+  std::snprintf(text, sizeof(text), "%.1f a second, %.0f samples a second", 1.0 / scans_.turn_s(),
+                scans_.sample_rate_hz());
+  return with_trouble("measuring, " + describe_scans(counts(), scans_.filter()) + ", " + text +
                           ", " + std::to_string(search_.current()) + " baud",
                       counts(), trouble_);
 }

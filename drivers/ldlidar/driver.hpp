@@ -3,10 +3,10 @@
 #include <optional>
 #include <string>
 
+#include "drivers/laser/dialogue.hpp"
 #include "drivers/laser/packet_turns.hpp"
 #include "drivers/ldlidar/codec.hpp"
 #include "drivers/transport/baud_search.hpp"
-#include "drivers/transport/byte_stream.hpp"
 #include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::ldlidar {
@@ -31,34 +31,28 @@ struct LdlidarOptions {
 
 /// Listens at each speed in turn until packets come. Which model it is and how fast it measures is
 /// known from what arrives. Each turn of the head is a scan with irregular bearings.
-class LdlidarDriver final : public LaserDriver {
+class LdlidarDriver final : public Dialogue<PacketParser, PacketTurns> {
  public:
   /// @param stream  outlives the driver.
   LdlidarDriver(ByteStream& stream, const LdlidarOptions& options, Clock clock);
 
-  std::vector<ArrivedScan> step() override;
   void on_input_flushed() override;
   std::string state() const override;
   bool answers() const override { return heard_; }
   LaserProperties properties() const override;
-  const LaserCounts& counts() const override { return turns_.counts(); }
 
  private:
+  bool asks() const override { return false; }
+  void on_answer(const Received& received, Utime arrival) override;
+  void on_timeout() override;
   void listen_at_next_speed();
-  void on_packet(const Received& received, Utime arrival);
   double unwrapped_s(int stamp_ms);
 
-  ByteStream& stream_;
   LdlidarOptions options_;
-  Clock clock_;
   BaudSearch search_;
-  PacketParser parser_;
-  PacketTurns turns_;
   bool heard_ = false;           ///< its packets come
-  Utime deadline_;               ///< of the next ones
   std::optional<int> stamp_ms_;  ///< of the last packet
   double stamps_s_ = 0.0;        ///< the same without wrapping
-  std::string trouble_;
 };
 
 }  // namespace marco::drivers::ldlidar

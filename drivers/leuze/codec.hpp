@@ -47,9 +47,8 @@ Bytes encode_telegram(const Telegram& telegram);
 std::optional<Telegram> decode_body(std::span<const uint8_t> body);
 
 /// Parses a stream into telegrams, however it is split. Drops and counts wrong checksums.
-class TelegramParser {
+class TelegramParser : public UnreadParser {
  public:
-  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Telegram> next();
   std::size_t bytes_after() const { return unread_.size(); }
   void clear();
@@ -61,7 +60,6 @@ class TelegramParser {
   std::optional<Telegram> finish();
   std::optional<Telegram> take(uint8_t byte);
 
-  UnreadBytes unread_;
   bool inside_ = false;
   int zeros_ = 0;  ///< in a row
   Bytes body_;

@@ -30,17 +30,13 @@ Bytes encode_packet(std::span<const uint8_t> payload);
 /// Cuts a stream into packets, however it is split; after damage it continues one byte behind the
 /// false beginning, so that the next whole packet is found. Never delivers one whose sum does not
 /// fit.
-class PacketParser {
+class PacketParser : public UnreadParser {
  public:
-  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   /// The next payload within what was pushed.
   std::optional<Bytes> next();
-  void clear() { unread_.clear(); }
-  int64_t garbage_bytes() const { return unread_.skipped(); }
   int64_t bad_checksums() const { return bad_checksums_; }
 
  private:
-  UnreadBytes unread_;
   int64_t bad_checksums_ = 0;
 };
 

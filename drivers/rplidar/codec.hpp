@@ -71,14 +71,9 @@ struct Request {
 };
 
 /// Parses a host's requests, for the emulator.
-class RequestParser {
+class RequestParser : public UnreadParser {
  public:
-  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Request> next();
-  void clear() { unread_.clear(); }
-
- private:
-  UnreadBytes unread_;
 };
 
 struct Node {
@@ -139,25 +134,21 @@ struct Block {
 
 /// Parses a laser's answers into blocks, however they are split. Resynchronizes by the checksum of
 /// a capsule. Nodes have none: a node counts only if another one follows at a plausible angle.
-class AnswerParser {
+class AnswerParser : public UnreadParser {
  public:
-  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Block> next();
   /// A new request was sent: its answer begins with a descriptor.
   void expect_descriptor();
   bool streaming() const { return streaming_; }
 
-  int64_t garbage_bytes() const { return unread_.skipped(); }
   int64_t bad_checksums() const { return bad_checksums_; }
 
  private:
   bool read_descriptor();
   std::optional<Block> next_node();
   std::optional<Block> next_capsule();
-  std::span<const uint8_t> rest() const { return unread_.rest(); }
   void skip(std::size_t count);
 
-  UnreadBytes unread_;
   bool in_answer_ = false;
   bool streaming_ = false;
   bool continuous_ = true;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <utility>
 
 #include "drivers/laser/laser_state.hpp"
 #include "drivers/rplidar/model.hpp"
@@ -12,8 +11,6 @@
 namespace marco::drivers::rplidar {
 namespace {
 
-using std::chrono::microseconds;
-constexpr microseconds kStep{50'000};
 constexpr Duration kStopPause = Duration::from_us(20'000);
 constexpr Duration kPatience = Duration::from_us(300'000);
 constexpr Duration kStartPatience = Duration::from_us(1'000'000);
@@ -28,9 +25,8 @@ const std::vector<int> kOtherRates{460'800, 1'000'000, 256'000};
 }  // namespace
 
 RplidarDriver::RplidarDriver(ByteStream& stream, const RplidarOptions& options, Clock clock)
-    : stream_(stream),
+    : Dialogue(stream, std::move(clock)),
       options_(options),
-      clock_(std::move(clock)),
       search_(options.baud > 0 ? options.baud : 115'200,
               options.baud > 0 ? std::vector<int>{} : kOtherRates),
       express_(options.mode == "express") {
@@ -46,14 +42,13 @@ RplidarDriver::RplidarDriver(ByteStream& stream, const RplidarOptions& options, 
 }
 
 void RplidarDriver::try_next_speed() {
-  stream_.set_line({search_.next(), Parity::none});
-  stream_.discard_input();
-  turns_.set_baud(search_.current());
+  set_speed(search_.next());
+  scans_.set_baud(search_.current());
   enter(Phase::stopping);
 }
 
 LaserProperties RplidarDriver::properties() const {
-  return {turns_.turn_s(), options_.range_min_m,
+  return {scans_.turn_s(), options_.range_min_m,
           options_.range_max_m > 0.0 ? options_.range_max_m : laser_.range_max_m,
           options_.range_sigma_m};
 }
@@ -63,11 +58,11 @@ void RplidarDriver::enter(Phase phase) {
   phase_ = phase;
   ++tries_;
   parser_.expect_descriptor();
-  deadline_ = clock_() + kPatience;
+  wait(kPatience);
   switch (phase) {
     case Phase::stopping:
       stream_.write(encode_request(kStop));
-      deadline_ = clock_() + kStopPause;
+      wait(kStopPause);
       break;
     case Phase::asking_info:
       stream_.write(encode_request(kGetInfo));
@@ -89,7 +84,7 @@ void RplidarDriver::enter(Phase phase) {
       break;
     case Phase::resetting:
       stream_.write(encode_request(kReset));
-      deadline_ = clock_() + kResetPause;
+      wait(kResetPause);
       break;
     case Phase::measuring:
       break;
@@ -114,8 +109,8 @@ void RplidarDriver::start_scan() {
   if (family >= 6) stream_.write(motor_speed_request(kTurnsPerMinute));
   const Bytes mode{static_cast<uint8_t>(laser_.mode), 0, 0, 0, 0};
   stream_.write(express_ ? encode_request(kExpressScan, mode) : encode_request(kScan));
-  deadline_ = clock_() + kStartPatience;
-  turns_.start(express_ ? periods_.express_s : periods_.standard_s);
+  wait(kStartPatience);
+  scans_.start(express_ ? periods_.express_s : periods_.standard_s);
 }
 
 void RplidarDriver::start_over(const std::string& why) {
@@ -123,39 +118,13 @@ void RplidarDriver::start_over(const std::string& why) {
   enter(Phase::stopping);
 }
 
-std::vector<ArrivedScan> RplidarDriver::step() {
-  microseconds wait = kStep;
-  if (phase_ != Phase::measuring) {
-    wait = std::clamp(microseconds((deadline_ - clock_()).us), microseconds(0), kStep);
-  }
-  uint8_t buffer[8192];
-  const std::size_t count = stream_.read(buffer, wait);
-  const Utime arrival = clock_();
-  if (phase_ != Phase::stopping && phase_ != Phase::resetting) {
-    parser_.push({buffer, count});
-    const Phase phase = phase_;
-    while (const auto block = parser_.next()) {
-      on_block(*block, arrival);
-      if (phase_ != phase && phase_ != Phase::measuring) break;
-    }
-  }
-  if (phase_ == Phase::measuring) {
-    if (clock_() > deadline_) start_over("the samples stopped");
-  } else if (clock_() >= deadline_) {
-    on_timeout();
-  }
-  LaserCounts& counts = turns_.counts();
-  counts.garbage_bytes = parser_.garbage_bytes();
-  if (parser_.bad_checksums() > 0) counts.drops["bad_checksum"] = parser_.bad_checksums();
-  return turns_.take_scans();
-}
-
 void RplidarDriver::on_input_flushed() {
-  turns_.lose_count();
-  if (phase_ == Phase::measuring) deadline_ = clock_() + kSilence;
+  scans_.lose_count();
+  if (phase_ == Phase::measuring) wait(kSilence);
 }
 
 void RplidarDriver::on_timeout() {
+  if (phase_ == Phase::measuring) return start_over("the samples stopped");
   if (phase_ == Phase::stopping) return enter(Phase::asking_info);
   if (phase_ == Phase::resetting) return enter(Phase::stopping);
   const bool optional = phase_ >= Phase::asking_rate && phase_ <= Phase::asking_range;
@@ -173,20 +142,20 @@ void RplidarDriver::on_timeout() {
   start_over("the laser does not answer");
 }
 
-void RplidarDriver::on_block(const Block& block, Utime arrival) {
+void RplidarDriver::on_answer(const Block& block, Utime arrival) {
   if (block.kind == kNodes || are_capsules(block.kind)) {
     if (phase_ == Phase::starting) phase_ = Phase::measuring;
     if (phase_ != Phase::measuring) return;
     deadline_ = arrival + kSilence;
     trouble_.clear();
     const Utime last_byte = arrival - line_time(block.bytes_after, search_.current());
-    return block.kind == kNodes ? turns_.add_node(block, last_byte)
-                                : turns_.add_capsule(block, last_byte);
+    return block.kind == kNodes ? scans_.add_node(block, last_byte)
+                                : scans_.add_capsule(block, last_byte);
   }
-  on_answer(block);
+  on_reply(block);
 }
 
-void RplidarDriver::on_answer(const Block& block) {
+void RplidarDriver::on_reply(const Block& block) {
   if (phase_ == Phase::asking_info && block.kind == kInfo && block.data.size() == 20) {
     laser_.model = block.data[0];
     laser_.firmware = block.data[2] * 256 + block.data[1];
@@ -250,9 +219,9 @@ std::string RplidarDriver::state() const {
   if (phase_ == Phase::measuring) {
     char rate[32];
     std::snprintf(rate, sizeof(rate), "%.1f a second",
-                  turns_.turn_s() > 0.0 ? 1.0 / turns_.turn_s() : 0.0);
+                  scans_.turn_s() > 0.0 ? 1.0 / scans_.turn_s() : 0.0);
     state = std::string("measuring, ") + (express_ ? "express" : "standard") + ", " +
-            describe_scans(counts(), turns_.filter()) + ", " + rate;
+            describe_scans(counts(), scans_.filter()) + ", " + rate;
   }
   if (laser_.model != 0) state += ", " + model_name(laser_.model);
   state += (answers() ? ", " : ", at ") + std::to_string(search_.current()) + " baud";

@@ -2,9 +2,9 @@
 
 #include <string>
 
+#include "drivers/laser/dialogue.hpp"
 #include "drivers/rplidar/turn_assembler.hpp"
 #include "drivers/transport/baud_search.hpp"
-#include "drivers/transport/byte_stream.hpp"
 #include "lcm_tools/base/options.hpp"
 
 namespace marco::drivers::rplidar {
@@ -32,19 +32,17 @@ struct RplidarOptions {
 };
 
 /// Starts motor and scan. Each turn of the head is a scan with irregular bearings.
-class RplidarDriver final : public LaserDriver {
+class RplidarDriver final : public Dialogue<AnswerParser, TurnAssembler> {
  public:
   /// @param stream  outlives the driver. @throws std::invalid_argument for an unknown mode or baud.
   RplidarDriver(ByteStream& stream, const RplidarOptions& options, Clock clock);
 
-  std::vector<ArrivedScan> step() override;
   void on_input_flushed() override;
   std::string state() const override;
   bool answers() const override {
     return phase_ > Phase::asking_info && phase_ != Phase::resetting;
   }
   LaserProperties properties() const override;
-  const LaserCounts& counts() const override { return turns_.counts(); }
   void stop() override;
 
   bool measuring() const { return phase_ == Phase::measuring; }
@@ -75,6 +73,10 @@ class RplidarDriver final : public LaserDriver {
     double express_s = 254e-6;
   };
 
+  bool asks() const override { return phase_ != Phase::measuring; }
+  bool hears() const override { return phase_ != Phase::stopping && phase_ != Phase::resetting; }
+  void on_answer(const Block& block, Utime arrival) override;
+  void on_timeout() override;
   void try_next_speed();
   void enter(Phase phase);
   bool tells_modes() const;
@@ -82,23 +84,14 @@ class RplidarDriver final : public LaserDriver {
   void on_configuration(const Block& block);
   void start_scan();
   void start_over(const std::string& why);
-  void on_timeout();
-  void on_block(const Block& block, Utime arrival);
-  void on_answer(const Block& block);
+  void on_reply(const Block& block);
 
-  ByteStream& stream_;
   RplidarOptions options_;
-  Clock clock_;
   BaudSearch search_;
-  AnswerParser parser_;
-  TurnAssembler turns_;
   Phase phase_ = Phase::stopping;
   bool express_;
-  int tries_ = 0;
-  Utime deadline_;  ///< of the phase; while measuring, of the next samples
   Laser laser_;
   SamplePeriods periods_;
-  std::string trouble_;
 };
 
 }  // namespace marco::drivers::rplidar

@@ -103,21 +103,18 @@ struct Event {
 /// Parses a stream into telegrams, however it is split. Bytes that fit no telegram are skipped and
 /// counted one by one, so that the next whole telegram after damage is found, even inside a false
 /// one. Never delivers a telegram with a wrong CRC.
-class TelegramParser {
+class TelegramParser : public UnreadParser {
  public:
   enum class Side { laser, host };  ///< the sender of the telegrams
 
   explicit TelegramParser(Side side) : side_(side) {}
 
-  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   /// The next event within what was pushed.
   std::optional<Event> next();
   /// The line fell silent: gives up the incomplete telegram.
   void give_up_waiting();
   bool waiting() const { return !unread_.empty(); }
-  void clear() { unread_.clear(); }
 
-  int64_t garbage_bytes() const { return unread_.skipped(); }
   int64_t bad_checksums() const { return bad_checksums_; }
 
  private:
@@ -126,7 +123,6 @@ class TelegramParser {
   bool plausible(std::span<const uint8_t> header) const;
 
   Side side_;
-  UnreadBytes unread_;
   int64_t bad_checksums_ = 0;
 };
 

@@ -39,4 +39,18 @@ class UnreadBytes {
   int64_t skipped_ = 0;
 };
 
+/// What parsers of frames have in common: where bytes wait to become one.
+class UnreadParser {
+ public:
+  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
+  void clear() { unread_.clear(); }
+  /// In no frame, ever.
+  int64_t garbage_bytes() const { return unread_.skipped(); }
+
+ protected:
+  std::span<const uint8_t> rest() const { return unread_.rest(); }
+
+  UnreadBytes unread_;
+};
+
 }  // namespace marco::drivers

@@ -20,27 +20,23 @@ struct Answer {
 
 /// Finds replies and packets however they are split, and again after damage. Nobody says how
 /// samples are written: the form whose checksum fits is taken.
-class AnswerParser {
+class AnswerParser : public UnreadParser {
  public:
-  void push(std::span<const uint8_t> bytes) { unread_.push(bytes); }
   std::optional<Answer> next();
   /// Forgets what waits, and the form.
   void clear();
 
-  int64_t garbage_bytes() const { return unread_.skipped(); }
   int64_t bad_checksums() const { return bad_checksums_; }
 
  private:
   enum class Found { answer, skipped, more_needed, nothing };
 
-  std::span<const uint8_t> rest() const { return unread_.rest(); }
   Found read_reply(Answer& answer);
   Found read_stamp();
   Found read_packet(Answer& answer);
   Found read_packet_as(SampleForm form, Answer& answer);
   void count_form(const Answer& answer);
 
-  UnreadBytes unread_;
   bool continuous_ = true;
   std::optional<SampleForm> form_;  ///< once some packets in a row had it
   SampleForm form_before_ = SampleForm::range;

@@ -1,8 +1,6 @@
 #include "drivers/ydlidar/driver.hpp"
 
-#include <algorithm>
 #include <cstdio>
-#include <utility>
 
 #include "common/pose2.hpp"
 #include "drivers/laser/laser_state.hpp"
@@ -11,8 +9,6 @@
 namespace marco::drivers::ydlidar {
 namespace {
 
-using std::chrono::microseconds;
-constexpr microseconds kStep{50'000};
 constexpr Duration kForceStopPause = Duration::from_us(5'000);
 constexpr Duration kStopPause = Duration::from_us(30'000);
 constexpr Duration kPatience = Duration::from_us(300'000);
@@ -27,26 +23,23 @@ constexpr double kLearnS = 1.0;  // of arrivals, which jitter by some millisecon
 }  // namespace
 
 YdlidarDriver::YdlidarDriver(ByteStream& stream, const YdlidarOptions& options, Clock clock)
-    : stream_(stream),
+    : Dialogue(stream, std::move(clock), PacketTurns::Timing{false, kLearnS}),
       options_(options),
-      clock_(std::move(clock)),
-      search_(128'000, {230'400, 115'200, 512'000}),
-      turns_({false, kLearnS}) {
+      search_(128'000, {230'400, 115'200, 512'000}) {
   validate(options, "ydlidar");
   try_next_speed();
 }
 
 LaserProperties YdlidarDriver::properties() const {
-  return {turns_.turn_s(), options_.range_min_m, options_.range_max_m, options_.range_sigma_m};
+  return {scans_.turn_s(), options_.range_min_m, options_.range_max_m, options_.range_sigma_m};
 }
 
 void YdlidarDriver::send(uint8_t command) { stream_.write(encode_request(command)); }
 
 void YdlidarDriver::try_next_speed() {
-  stream_.set_line({search_.next(), Parity::none});
-  stream_.discard_input();
+  set_speed(search_.next());
   parser_.clear();
-  turns_.restart();
+  scans_.restart();
   info_.reset();
   only_talks_ = false;
   tries_ = 0;
@@ -57,13 +50,13 @@ void YdlidarDriver::enter(Phase phase) {
   if (phase != phase_) tries_ = 0;
   phase_ = phase;
   ++tries_;
-  deadline_ = clock_() + kPatience;
+  wait(kPatience);
   switch (phase) {
     case Phase::stopping:
       // X2 and X4 turn while DTR is raised.
       stream_.set_dtr(true);
       send(tries_ == 1 ? kForceStop : kStop);
-      deadline_ = clock_() + (tries_ == 1 ? kForceStopPause : kStopPause);
+      wait(tries_ == 1 ? kForceStopPause : kStopPause);
       break;
     case Phase::asking_info:
       unasked_packets_ = 0;
@@ -73,18 +66,18 @@ void YdlidarDriver::enter(Phase phase) {
       send(tries_ % 2 == 1 ? kGetHealth : kGetHealthToo);
       break;
     case Phase::starting:
-      turns_.lose_count();
+      scans_.lose_count();
       send(kScan);
-      deadline_ = clock_() + kStartPatience;
+      wait(kStartPatience);
       break;
     case Phase::resetting:
       send(kReset);
       send(kResetToo);
-      deadline_ = clock_() + kResetPause;
+      wait(kResetPause);
       break;
     case Phase::measuring:
-      turns_.lose_count();
-      deadline_ = clock_() + kSilence;
+      scans_.lose_count();
+      wait(kSilence);
       break;
   }
 }
@@ -96,28 +89,9 @@ void YdlidarDriver::start_over(const std::string& why) {
   enter(Phase::stopping);
 }
 
-std::vector<ArrivedScan> YdlidarDriver::step() {
-  microseconds wait = kStep;
-  if (phase_ != Phase::measuring) {
-    wait = std::clamp(microseconds((deadline_ - clock_()).us), microseconds(0), kStep);
-  }
-  uint8_t buffer[8192];
-  const std::size_t count = stream_.read(buffer, wait);
-  const Utime arrival = clock_();
-  parser_.push({buffer, count});
-  while (const auto answer = parser_.next()) {
-    on_answer(*answer, arrival - line_time(answer->bytes_after, search_.current()));
-  }
-  if (clock_() >= deadline_) on_timeout();
-  LaserCounts& counts = turns_.counts();
-  counts.garbage_bytes = parser_.garbage_bytes();
-  if (parser_.bad_checksums() > 0) counts.drops["bad_checksum"] = parser_.bad_checksums();
-  return turns_.take_scans();
-}
-
 void YdlidarDriver::on_input_flushed() {
-  turns_.lose_count();
-  if (phase_ == Phase::measuring) deadline_ = clock_() + kSilence;
+  scans_.lose_count();
+  if (phase_ == Phase::measuring) wait(kSilence);
 }
 
 void YdlidarDriver::on_timeout() {
@@ -144,7 +118,8 @@ void YdlidarDriver::on_timeout() {
   }
 }
 
-void YdlidarDriver::on_answer(const Answer& answer, Utime arrival) {
+void YdlidarDriver::on_answer(const Answer& answer, Utime read) {
+  const Utime arrival = read - line_time(answer.bytes_after, search_.current());
   if (answer.kind == kPackets) return on_packet(answer, arrival);
   const bool is_info = answer.kind == kInfo && answer.data.size() == kInfoSize;
   if (is_info) info_ = decode_info(answer.data);
@@ -179,7 +154,7 @@ void YdlidarDriver::on_packet(const Answer& answer, Utime arrival) {
     samples.samples.push_back({angle_deg, -deg_to_rad(seen_at_deg), 1e-3 * sample.range_mm,
                                static_cast<double>(sample.intensity)});
   }
-  turns_.add(samples);
+  scans_.add(samples);
 }
 
 void YdlidarDriver::stop() {
@@ -193,8 +168,8 @@ std::string YdlidarDriver::state() const {
   if (phase_ == Phase::measuring) {
     char rates[100];
     std::snprintf(rates, sizeof(rates), ", %.1f a second, %.0f samples a second",
-                  1.0 / turns_.turn_s(), turns_.sample_rate_hz());
-    state = "measuring, " + describe_scans(counts(), turns_.filter()) + rates;
+                  1.0 / scans_.turn_s(), scans_.sample_rate_hz());
+    state = "measuring, " + describe_scans(counts(), scans_.filter()) + rates;
   }
   if (info_) state += ", " + model_name(info_->model);
   if (only_talks_) state += ", receives nothing";

@@ -3,9 +3,9 @@
 #include <optional>
 #include <string>
 
+#include "drivers/laser/dialogue.hpp"
 #include "drivers/laser/packet_turns.hpp"
 #include "drivers/transport/baud_search.hpp"
-#include "drivers/transport/byte_stream.hpp"
 #include "drivers/ydlidar/answer_parser.hpp"
 #include "lcm_tools/base/options.hpp"
 
@@ -32,19 +32,17 @@ struct YdlidarOptions {
 /// Searches the baud rate at which the laser answers, or sends by itself (transmit-only X2);
 /// queries its type and health; starts motor and scan. Sample format and rate are detected from the
 /// data. Each turn of the head is a scan with irregular bearings.
-class YdlidarDriver final : public LaserDriver {
+class YdlidarDriver final : public Dialogue<AnswerParser, PacketTurns> {
  public:
   /// @param stream  outlives the driver.
   YdlidarDriver(ByteStream& stream, const YdlidarOptions& options, Clock clock);
 
-  std::vector<ArrivedScan> step() override;
   void on_input_flushed() override;
   std::string state() const override;
   bool answers() const override {
     return phase_ > Phase::asking_info && phase_ != Phase::resetting;
   }
   LaserProperties properties() const override;
-  const LaserCounts& counts() const override { return turns_.counts(); }
   void stop() override;
 
   bool measuring() const { return phase_ == Phase::measuring; }
@@ -52,28 +50,22 @@ class YdlidarDriver final : public LaserDriver {
  private:
   enum class Phase { stopping, asking_info, asking_health, starting, measuring, resetting };
 
+  bool asks() const override { return phase_ != Phase::measuring; }
+  void on_answer(const Answer& answer, Utime arrival) override;
+  void on_timeout() override;
   void enter(Phase phase);
   void try_next_speed();
   void start_over(const std::string& why);
-  void on_timeout();
-  void on_answer(const Answer& answer, Utime arrival);
   void on_health(const Bytes& data);
   void on_packet(const Answer& answer, Utime arrival);
   void send(uint8_t command);
 
-  ByteStream& stream_;
   YdlidarOptions options_;
-  Clock clock_;
   BaudSearch search_;
-  AnswerParser parser_;
-  PacketTurns turns_;
   Phase phase_ = Phase::stopping;
-  int tries_ = 0;
-  Utime deadline_;           ///< of the phase; while measuring, of the next packet
   int unasked_packets_ = 0;  ///< in a row, after a stop was sent
   bool only_talks_ = false;
   std::optional<DeviceInfo> info_;
-  std::string trouble_;
 };
 
 }  // namespace marco::drivers::ydlidar

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "lcm_tools/base/check.hpp"
-#include "lcm_tools/base/renamed_key.hpp"
 
 namespace marco {
 
@@ -57,12 +56,8 @@ class OptionVisitor {
 
   virtual ~OptionVisitor() = default;
 
-  /// The fields of `options`, and what they were called before.
   template <class Options>
   void walk(Options& options) {
-    if constexpr (requires { Options::kRenamed; }) {
-      for (const RenamedKey& key : Options::kRenamed) renamed(key);
-    }
     options.visit(*this);
   }
 
@@ -94,7 +89,6 @@ class OptionVisitor {
   static constexpr int kNoItem = -1;
 
   virtual void field(const Setting& setting) = 0;
-  virtual void renamed(const RenamedKey&) {}
   /// Before nested options, or one item of a list of them. @returns whether they are visited.
   virtual bool enter(std::string_view name, int item) = 0;
   virtual void leave() = 0;

@@ -10,7 +10,6 @@
 #include <stdexcept>
 
 #include "lcm_tools/base/check.hpp"
-#include "lcm_tools/files/folder_journal.hpp"
 #include "lcm_tools/files/readable.hpp"
 
 namespace marco::files {
@@ -73,7 +72,6 @@ constexpr std::array<uint8_t, 4> kSyncBytes = {0xED, 0xA1, 0xDA, 0x01};
 }  // namespace
 
 EventLogReader::Descriptor::Descriptor(const std::string& path) {
-  finish_interrupted(std::filesystem::path(path).parent_path());
   const std::string why = why_not_readable(path);
   require(why.empty(), path + ": cannot be read as a log: " + why);
   descriptor_ = open(path.c_str(), O_RDONLY | O_CLOEXEC);

@@ -75,6 +75,18 @@ void sync_folders_to_disk(const fs::path& folder) {
   sync_to_disk(folder);
 }
 
+fs::path old_name_of(const fs::path& folder) { return folder.string() + ".part.old"; }
+
+// Folders that this leaves empty go with their last file.
+void remove_with_empty_parents(const fs::path& folder, const std::string& name) {
+  std::error_code none;
+  fs::remove(folder / name, none);
+  for (fs::path parent = fs::path(name).parent_path(); !parent.empty();
+       parent = parent.parent_path()) {
+    if (rmdir((folder / parent).c_str()) != 0) return;
+  }
+}
+
 ino_t inode_of(const fs::path& path) {
   struct stat status = {};
   return lstat(path.c_str(), &status) == 0 ? status.st_ino : 0;
@@ -113,12 +125,15 @@ bool take_patiently(FolderLock& lock, const fs::path& part) {
 
 OutputFolder::OutputFolder(const fs::path& folder, std::string owner, FolderSeams seams)
     : folder_(behind_links(folder)), owner_(std::move(owner)), seams_(std::move(seams)) {
+  // A program was killed between two renames.
+  if (!fs::exists(folder_) && is_work_of_ours(old_name_of(folder_))) {
+    rename(old_name_of(folder_).c_str(), folder_.c_str());
+  }
   const bool exists = fs::exists(folder_);
   if (exists && !fs::is_directory(folder_)) refuse(folder, "is a file; give a folder's name");
   if (exists && access(folder_.c_str(), W_OK | X_OK) != 0) {
     refuse(folder, std::string("cannot be written: ") + std::strerror(errno));
   }
-  if (exists) finish_interrupted(folder_);
   if (!exists) fs::create_directories(folder_.parent_path());
   if (!exists || can_be_replaced(folder_)) settle_beside();
   if (state_ == State::unusable && exists) settle_inside();
@@ -173,7 +188,7 @@ void OutputFolder::drop(const std::vector<std::string>& names) {
   dropped_.insert(names.begin(), names.end());
 }
 
-// @returns false when the journal must do it; what was linked stands in linked_.
+// @returns false when files must be moved one by one; what was linked stands in linked_.
 bool OutputFolder::link_others(const std::set<std::string>& results,
                                const std::set<std::string>& stale) try {
   constexpr std::size_t kMostOthers = 1000;
@@ -204,10 +219,11 @@ bool OutputFolder::exchange() {
   unlink(mark.c_str());
   if (link((part_ / kWorkMark).c_str(), mark.c_str()) != 0) return false;
   step("exchange");
-  const int error =
-      seams_.exchange ? seams_.exchange(part_, folder_)
-      : renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, folder_.c_str(), RENAME_EXCHANGE) == 0 ? 0
-                                                                                            : errno;
+  int error = seams_.exchange ? seams_.exchange(part_, folder_)
+              : renameat2(AT_FDCWD, part_.c_str(), AT_FDCWD, folder_.c_str(), RENAME_EXCHANGE) == 0
+                  ? 0
+                  : errno;
+  if (error == EINVAL || error == ENOSYS) error = rename_both();
   if (error != 0) {
     unlink(mark.c_str());
     return false;
@@ -222,6 +238,21 @@ bool OutputFolder::exchange() {
   std::error_code none;
   fs::remove_all(part_, none);
   return true;
+}
+
+// For file systems that know no exchange. @returns an errno, 0 = done.
+int OutputFolder::rename_both() {
+  const fs::path old = old_name_of(folder_);
+  if (is_work_of_ours(old)) fs::remove_all(old);  // of a program that was killed later on
+  if (rename(folder_.c_str(), old.c_str()) != 0) return errno;
+  step("name the new folder");
+  if (rename(part_.c_str(), folder_.c_str()) != 0) {
+    const int error = errno;
+    rename(old.c_str(), folder_.c_str());
+    return error;
+  }
+  part_ = old;
+  return 0;
 }
 
 // What somebody made, or replaced, in the old folder since it was looked through.
@@ -249,17 +280,30 @@ void OutputFolder::move_in(const std::set<std::string>& results,
     part_ = within;
     inside_ = true;
   }
-  FolderMove move{{results.begin(), results.end()}, {}};
+  // What may fail for want of space is done before the first of them moves.
+  for (const std::string& name : results) fs::create_directories((folder_ / name).parent_path());
+  const std::string list = list_name(owner_);
+  for (const std::string& name : results) {
+    if (name != list) move_one(name);
+  }
   for (const std::string& name : stale) {
-    if (!results.contains(name) && inode_of(folder_ / name) != 0) move.drop.push_back(name);
+    if (results.contains(name)) continue;
+    step("remove an old result");
+    remove_with_empty_parents(folder_, name);
   }
-  try {
-    move_results(folder_, move, seams_.at_step);
-    state_ = State::done;
-  } catch (...) {
-    if (access((folder_ / kJournal).c_str(), F_OK) == 0) state_ = State::done;
-    throw;
+  move_one(list);  // last: until then the next run knows the old results
+  state_ = State::done;
+  std::error_code none;
+  fs::remove_all(part_, none);
+}
+
+void OutputFolder::move_one(const std::string& name) const {
+  step("move a result");
+  const fs::path to = folder_ / name;
+  if (rename((part_ / name).c_str(), to.c_str()) != 0) {
+    refuse(to, std::string("cannot be written: ") + std::strerror(errno));
   }
+  sync_to_disk(to.parent_path());
 }
 
 void OutputFolder::commit() {

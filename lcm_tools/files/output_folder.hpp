@@ -8,13 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "lcm_tools/files/folder_journal.hpp"
+#include "lcm_tools/files/folder_lock.hpp"
 
 namespace marco::files {
 
 /// Lets a test make the disk fail, or end the program at a step. Empty functions: the real thing.
 struct FolderSeams {
-  AtStep at_step;
+  /// Called with the name of each step before it changes the disk.
+  std::function<void(const char* step)> at_step;
   /// In place of renameat2(RENAME_EXCHANGE). @returns an errno, 0 = done
   std::function<int(const std::filesystem::path&, const std::filesystem::path&)> exchange;
 };
@@ -31,11 +32,13 @@ struct FolderSeams {
 ///   appear in DIR during the exchange are moved over.
 /// * A file with the name of a new result is replaced.
 ///
-/// Some folders cannot be exchanged: the file system refuses, DIR is a mount point or a process's
-/// working directory, its parent is read-only, or it holds more than 1000 other files or files that
-/// cannot be linked. Then the results are written to DIR/.marco-part and a journal moves them file
-/// by file. If that is interrupted, the next program that opens the folder completes it. Not
-/// thread-safe.
+/// Where the file system has no exchange, the two folders are renamed one after the other. A
+/// program killed in between leaves no DIR but DIR.part.old, which the next run puts back.
+///
+/// Some folders cannot be replaced: DIR is a mount point or a process's working directory, its
+/// parent is read-only, or it holds more than 1000 other files or files that cannot be linked. Then
+/// the results are moved file by file out of DIR/.marco-part. A program killed meanwhile leaves
+/// results of both runs, each file whole. Not thread-safe.
 class OutputFolder {
  public:
   /// @param folder  may be a link to a folder, relative, or `.`; created with its parents if
@@ -60,8 +63,8 @@ class OutputFolder {
   void drop(const std::vector<std::string>& names);
 
   /// Puts the new results in place. Every file below path() must be closed.
-  /// @throws std::runtime_error naming the path and cause. The folder is then unchanged, or, if the
-  /// journal had begun, completed by the next program that opens it.
+  /// @throws std::runtime_error naming the path and cause. The folder is then unchanged, unless
+  /// results were being moved file by file.
   void commit();
 
  private:
@@ -72,7 +75,9 @@ class OutputFolder {
   void step(const char* name) const;
   bool link_others(const std::set<std::string>& results, const std::set<std::string>& stale);
   bool exchange();
+  int rename_both();
   void move_in(const std::set<std::string>& results, const std::set<std::string>& stale);
+  void move_one(const std::string& name) const;
   void bring_late_files();
 
   std::filesystem::path folder_;  ///< behind links
@@ -81,7 +86,7 @@ class OutputFolder {
   std::filesystem::path part_;
   FolderLock lock_;
   std::string why_not_;            ///< part_ cannot be used
-  bool inside_ = false;            ///< part_ is in folder_, for the journal
+  bool inside_ = false;            ///< part_ is in folder_, whose files it replaces one by one
   State state_ = State::unusable;  ///< open: part_ is ours; done: it must not be removed
   std::set<std::string> kept_;
   std::set<std::string> dropped_;

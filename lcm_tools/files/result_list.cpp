@@ -6,7 +6,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "lcm_tools/files/folder_journal.hpp"
+#include "lcm_tools/files/folder_lock.hpp"
 #include "lcm_tools/files/output_file.hpp"
 
 namespace marco::files {
@@ -34,7 +34,7 @@ std::vector<std::string> files_below(const fs::path& folder, std::size_t most) {
   for (; entry != end; ++entry) {
     const std::string name = entry->path().filename().string();
     if (name == kWorkFolder) entry.disable_recursion_pending();
-    if (name == kWorkMark || name == kJournal || name == kWorkFolder) continue;
+    if (name == kWorkMark || name == kWorkFolder) continue;
     if (entry->symlink_status().type() == fs::file_type::directory) continue;
     if (names.size() > most) break;
     names.push_back(entry->path().lexically_relative(folder).string());

@@ -4,7 +4,6 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "lcm_tools/files/folder_journal.hpp"
 #include "lcm_tools/files/readable.hpp"
 
 namespace marco::files {
@@ -18,7 +17,6 @@ void write_whole_file(const std::filesystem::path& path,
 }
 
 std::string read_whole_file(const std::filesystem::path& path, int64_t most_bytes) {
-  finish_interrupted(path.parent_path());
   const std::string why = why_not_readable(path);
   if (!why.empty()) throw std::invalid_argument(path.string() + ": cannot be read: " + why);
   std::ifstream file(path, std::ios::binary);

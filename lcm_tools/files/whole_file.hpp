@@ -15,7 +15,6 @@ void write_whole_file(const std::filesystem::path& path,
                       std::string_view content,
                       Appears appears = Appears::when_whole);
 
-/// Reads a file, after completing an interrupted exchange in its folder.
 /// @throws std::invalid_argument naming the path, and why it cannot be read: it is longer than
 /// `most_bytes`, no file, ...
 std::string read_whole_file(const std::filesystem::path& path, int64_t most_bytes = INT64_MAX);

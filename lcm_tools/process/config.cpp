@@ -79,12 +79,6 @@ toml::table parse(const std::string& text, const std::string& name) {
   }
 }
 
-/// A name in quotes; a line or a sentence as it is.
-std::string written(std::string_view now) {
-  const bool is_name = now.find(' ') == std::string_view::npos;
-  return is_name ? "'" + std::string(now) + "'" : std::string(now);
-}
-
 /// Fills options from a table and refuses keys that none of them has.
 class TomlReader final : public OptionVisitor {
  public:
@@ -95,12 +89,6 @@ class TomlReader final : public OptionVisitor {
     const Level& level = levels_.back();
     for (const auto& [key, node] : *level.table) {
       if (level.used.contains(std::string(key.str()))) continue;
-      for (const RenamedKey& renamed : level.renamed) {
-        if (renamed.before != key.str()) continue;
-        throw std::invalid_argument(level.path + "key '" + std::string(key.str()) + "' (" +
-                                    place_of(node) + ") was renamed: write " +
-                                    written(renamed.now));
-      }
       const std::vector<std::string> names(level.used.begin(), level.used.end());
       std::string known;
       for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
@@ -117,7 +105,6 @@ class TomlReader final : public OptionVisitor {
     std::visit([&](auto* target) { read(setting.name, *node, *target, setting.limits); },
                setting.value);
   }
-  void renamed(const RenamedKey& key) override { levels_.back().renamed.push_back(key); }
   bool enter(std::string_view name, int item) override {
     const toml::node* node = use(name);
     if (node == nullptr) return false;
@@ -142,7 +129,6 @@ class TomlReader final : public OptionVisitor {
     const toml::table* table;
     std::string path;
     std::set<std::string> used = {};
-    std::vector<RenamedKey> renamed = {};
   };
 
   const toml::node* use(std::string_view name) {

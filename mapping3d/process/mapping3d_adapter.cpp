@@ -198,7 +198,7 @@ void Mapping3dAdapter::use(const SynchronizedScan& synchronized) {
   if (!is_fixed && !synchronized.angles_known) {
     return drops_.count("scan without pan-tilt angles");
   }
-  const auto robot_from_sensor = [&](const PanTiltAngles& angles) {
+  const auto place_at = [&](const PanTiltAngles& angles) {
     if (is_fixed) return info.parent_from_sensor;
     return robot_from_pantilt_sensor(options_.correction.base(*input_.pantilt_base()),
                                      options_.correction.sensor(info), angles.pan_rad,
@@ -217,8 +217,8 @@ void Mapping3dAdapter::use(const SynchronizedScan& synchronized) {
                                static_cast<float>(std::max(synchronized.duration_s, 1e-6)));
     }
   }
-  row.robot_from_sensor_first = robot_from_sensor(first);
-  row.robot_from_sensor_last = robot_from_sensor(last);
+  row.robot_from_sensor_first = place_at(first);
+  row.robot_from_sensor_last = place_at(last);
   row.world_from_robot = pose->second;
   row.stop = stop_of(synchronized);
   if (!stands_during(synchronized)) {

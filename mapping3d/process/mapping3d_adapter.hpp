@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <deque>
 #include <functional>
 #include <map>
@@ -11,7 +10,6 @@
 
 #include "common/input/sensor_synchronizer.hpp"
 #include "common/pose_estimate.hpp"
-#include "lcm_tools/base/renamed_key.hpp"
 #include "lcm_tools/process/bus.hpp"
 #include "lcm_tools/process/drop_counter.hpp"
 #include "mapping3d/calibration.hpp"
@@ -23,8 +21,6 @@ struct Mapping3dAdapterOptions {
   Mapper3dOptions mapper;
   SynchronizerOptions input;     ///< a scan waits for its pose by the same patience
   PanTiltCorrection correction;  ///< from `--calibration FILE`, no setting of its own
-
-  static constexpr std::array kRenamed{RenamedKey{"mapper", "model"}};
 
   template <class Visitor>
   void visit(Visitor& v) {

@@ -9,7 +9,6 @@
 #include "lcm_tools/files/readable.hpp"
 #include "recordings/ros/compression.hpp"
 #include "recordings/ros/db3_pages.hpp"
-#include "recordings/ros/db3_vfs.hpp"
 
 namespace marco::ros {
 namespace {
@@ -79,7 +78,7 @@ Database opened(const std::filesystem::path& path) {
   const std::string uri =
       "file:" + escaped(std::filesystem::absolute(path).string()) + "?immutable=1";
   sqlite3_open_v2(uri.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX,
-                  block_reading_vfs());
+                  nullptr);
   // Else it reads nothing of a file that is cut off.
   sqlite3_exec(raw, "PRAGMA writable_schema=ON", nullptr, nullptr, nullptr);
   return Database(raw);

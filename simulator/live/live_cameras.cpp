@@ -26,9 +26,7 @@ LiveCameras::LiveCameras(const RayCaster& rays, const RobotSpec& spec)
 
 std::optional<Pose3> LiveCameras::robot_from_camera(std::size_t camera) const {
   const SensorInfo& info = infos_[camera];
-  if (info.mount == SensorInfo::Mount::robot) return info.parent_from_sensor;
-  if (!pantilt_) return std::nullopt;
-  return robot_from_pantilt_sensor(base_, info, pantilt_->pan_rad, pantilt_->tilt_rad);
+  return robot_from_sensor(info, &base_, pantilt_);
 }
 
 std::vector<LiveCameras::Shot> LiveCameras::on_pose(const TruePose& pose) {

@@ -23,7 +23,7 @@ class LiveCameras {
     std::vector<uint8_t> rgb;
   };
 
-  void on_pantilt(const PanTiltState& state) { pantilt_ = state; }
+  void on_pantilt(const PanTiltState& state) { pantilt_ = state.angles(); }
   /// @returns the pictures due. A camera on a pan-tilt takes none before the first state.
   std::vector<Shot> on_pose(const TruePose& pose);
 
@@ -39,7 +39,7 @@ class LiveCameras {
   std::vector<SensorInfo> infos_;
   std::vector<Utime> next_;
   SensorInfo base_;  ///< of the pan-tilt
-  std::optional<PanTiltState> pantilt_;
+  std::optional<PanTiltAngles> pantilt_;
 };
 
 }  // namespace marco::sim

@@ -106,7 +106,7 @@ std::vector<std::optional<Pose2>> LineMapper::scan_poses() const {
   return poses;
 }
 
-LineMapper::Stored LineMapper::store() {
+LineMapper::Stored LineMapper::store() const {
   return {lines_.store(), slam_.state(), key_beams_, slam_pose_, replays_};
 }
 

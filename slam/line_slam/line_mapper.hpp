@@ -63,8 +63,8 @@ class LineMapper : public Mapper2d {
 
   /// By the filter; trajectory() and the other poses are by the pose graph.
   Pose2 world_from_robot() const { return lines_.world_from_robot(); }
-  Walls plan() { return lines_.plan(); }
-  LineMap map() { return lines_.map(); }
+  Walls plan() const { return lines_.plan(); }
+  LineMap map() const { return lines_.map(); }
   const WallFilter& filter() const { return lines_.filter(); }
 
   Trajectory trajectory() const { return slam_.trajectory(); }
@@ -84,7 +84,7 @@ class LineMapper : public Mapper2d {
     Pose2 slam_pose;
     int32_t replays = 0;
   };
-  Stored store();
+  Stored store() const;
   /// @throws std::invalid_argument naming what contradicts itself; nothing has changed then.
   void restore(const Stored& stored);
 

@@ -74,7 +74,6 @@ LineSlamUpdate LineSlam::process_at(const ScanInRobot& scan,
 }
 
 LineSlamUpdate LineSlam::take(const ScanInRobot& scan, MapUse use, LineSlamJournal* journal) {
-  filter_.focus();
   const std::vector<ObservedCircle>& circles =
       circle_extractor_.extract(scan, options_.lines.max_range_m);
   const std::vector<ObservedWall> observed = without_chords(extractor_.extract(scan), circles);
@@ -122,11 +121,11 @@ void LineSlam::doubt() {
   filter_.predict({}, diagonal_covariance(options_.doubt_sigma_m, options_.doubt_sigma_rad));
 }
 
-Walls LineSlam::plan() {
+Walls LineSlam::plan() const {
   return filter_.plan(options_.plan_min_times_seen, options_.plan_min_length_m);
 }
 
-LineMap LineSlam::map() {
+LineMap LineSlam::map() const {
   LineMap map{plan(), filter_.round_walls(options_.plan_min_times_seen), {}};
   drop_posts_on_walls(map.walls, map.round_walls);
   map.corners = filter_.corners(map.walls);
@@ -138,11 +137,10 @@ LineSlamUpdate LineSlam::report() const {
   update.world_from_robot = filter_.world_from_robot();
   update.covariance = filter_.robot_covariance();
   update.walls = static_cast<int>(filter_.num_walls());
-  update.active_walls = static_cast<int>(filter_.state().active().size()) - 1;
   return update;
 }
 
-LineSlam::Stored LineSlam::store() {
+LineSlam::Stored LineSlam::store() const {
   return {filter_.store(), step_from_robot_, scans_since_step_};
 }
 

@@ -50,7 +50,6 @@ struct LineSlamUpdate {
   int joined = 0;
   int removed = 0;                  ///< walls that are no longer believed in
   int walls = 0;                    ///< in the map now
-  int active_walls = 0;             ///< of these in the filter's active part
   double overlap = 0.0;             ///< 0..1 of the walls' points, those on matched walls
   bool trajectory_changed = false;  ///< older poses moved: a loop was closed (LineMapper)
 };
@@ -105,9 +104,9 @@ class LineSlam {
 
   Pose2 world_from_robot() const { return filter_.world_from_robot(); }
   /// The walls that stand now, world frame.
-  Walls plan();
+  Walls plan() const;
   /// These, the walls' corners, and posts and curved walls that were seen in as many scans.
-  LineMap map();
+  LineMap map() const;
 
   const WallFilter& filter() const { return filter_; }
 
@@ -116,7 +115,7 @@ class LineSlam {
     Pose2 step_from_robot;
     int32_t scans_since_step = 0;
   };
-  Stored store();
+  Stored store() const;
   /// @throws std::invalid_argument as WallFilter::restore.
   void restore(const Stored& stored);
 

@@ -1,11 +1,9 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <vector>
 
 #include "lcm_tools/base/options.hpp"
-#include "lcm_tools/base/renamed_key.hpp"
 #include "slam/localization/place_map.hpp"
 #include "slam/localization/place_search.hpp"
 
@@ -33,9 +31,6 @@ struct PlaceFinderOptions {
   double margin_scale_with_unexplained = 0.3;
   double sure_path_m = 1.0;  ///< driven since the first keyframe
   int sure_times = 3;        ///< keyframes in a row that say the same
-
-  static constexpr std::array kRenamed{
-      RenamedKey{"sure_margin_per_doubt", "margin_scale_with_unexplained"}};
 
   template <class Visitor>
   void visit(Visitor& v) {

@@ -1,7 +1,6 @@
 #include "slam/localization/saved_map.hpp"
 
 #include "common/byte_archive.hpp"
-#include "slam/localization/saved_map_v5.hpp"
 
 namespace marco::slam {
 namespace {
@@ -19,14 +18,9 @@ std::string encode_saved_map(const SavedMap& map) {
 }
 
 SavedMap decode_saved_map(std::string_view bytes) {
-  const bool is_old = sealed_version(kName, bytes) == 5;
-  ByteReader reader(unseal(kName, is_old ? 5 : kVersion, bytes));
+  ByteReader reader(unseal(kName, kVersion, bytes));
   SavedMap map;
-  if (is_old) {
-    map = version_5::read(reader);
-  } else {
-    archive(reader, map);
-  }
+  archive(reader, map);
   require(reader.left() == 0, "has bytes left over");
   check(map);
   return map;

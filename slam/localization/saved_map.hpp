@@ -33,8 +33,7 @@ std::string encode_saved_map(const SavedMap& map);
 
 /// @throws std::invalid_argument saying what is wrong, to be put behind the file's name: "is no
 /// MARCOMAP file", "is of version 3 ...", "is truncated", "is damaged", or how it contradicts
-/// itself. Reads files of version 5, too. Never reads beyond its bytes, nor allocates more than a
-/// few times their number.
+/// itself. Never reads beyond its bytes, nor allocates more than a few times their number.
 SavedMap decode_saved_map(std::string_view bytes);
 
 }  // namespace marco::slam

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "common/covariance.hpp"
 #include "lcm_tools/base/options.hpp"
-#include "lcm_tools/base/renamed_key.hpp"
 #include "slam/map/keyframe.hpp"
 #include "slam/matching/surfel_matcher.hpp"
 
@@ -22,10 +20,6 @@ struct CullingOptions {
   double min_overlap = 0.80;    ///< of the match with the older ones: else it saw something new
   double max_shift_m = 0.10;  ///< by which that match may move it: else its loop is not closed yet
   double max_turn_deg = 1.5;
-
-  static constexpr std::array kRenamed{RenamedKey{"after_keys", "after_keyframes"},
-                                       RenamedKey{"recent_keys", "recent_keyframes"},
-                                       RenamedKey{"keys_a_place", "keyframes_per_place"}};
 
   template <class Visitor>
   void visit(Visitor& v) {

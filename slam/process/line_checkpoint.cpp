@@ -51,8 +51,6 @@ void archive_sized(Archive& bytes, Matrix& matrix, Eigen::Index rows, Eigen::Ind
 template <class Archive>
 void archive(Archive& bytes, WallFilter::Stored& filter) {
   archive(bytes, filter.next_id);
-  archive(bytes, filter.moved_since_focus_m);
-  archive_list(bytes, filter.active, sizeof(int32_t));
   archive_list(bytes, filter.walls, 50);  // fewest bytes of one
   archive(bytes, filter.circles.next_id);
   archive_list(bytes, filter.circles.circles, 70);      // fewest bytes of one
@@ -98,7 +96,7 @@ void archive(Archive& bytes, LineMapper::Stored& mapper) {
 namespace {
 
 constexpr std::string_view kLineCheckpointName = "MARCOLSL";
-constexpr uint32_t kLineCheckpointVersion = 6;
+constexpr uint32_t kLineCheckpointVersion = 7;
 
 template <class Archive>
 void archive_all(Archive& bytes, LineCheckpoint& checkpoint) {

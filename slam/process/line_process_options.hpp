@@ -1,9 +1,7 @@
 #pragma once
 
-#include <array>
 #include <string>
 
-#include "lcm_tools/base/renamed_key.hpp"
 #include "slam/line_slam/line_mapper.hpp"
 #include "slam/process/mapper2d_adapter.hpp"
 
@@ -13,7 +11,6 @@ namespace marco::slam {
 struct UnculledSlamOptions {
   SlamOptions& slam;
 
-  static constexpr auto kRenamed = SlamOptions::kRenamed;
   template <class Visitor>
   void visit(Visitor& v) {
     slam.visit_without_culling(v);
@@ -24,11 +21,6 @@ struct UnculledSlamOptions {
 struct LineProcessOptions : Mapper2dAdapterOptions {
   LineMapperOptions mapper;
   std::string journal_path;  ///< JSON lines; "" = none
-
-  static constexpr std::array kRenamed{
-      RenamedKey{"mapper", "lines"}, RenamedKey{"range_sigma_m", "lines.extraction.range_sigma_m"},
-      RenamedKey{"keyframe_distance_m", "slam.keyframe_distance_m"},
-      RenamedKey{"keyframe_turn_deg", "slam.keyframe_turn_deg"}, RenamedKey{"grid", "slam.grid"}};
 
   template <class Visitor>
   void visit(Visitor& v) {

@@ -99,6 +99,7 @@ class Mapper2dAdapter {
   const Trajectory& odometry_trajectory() const { return progress_.odometry_at_scans; }
   const std::vector<UsedScan>& scans() const { return progress_.scans; }
   const process::DropCounter& drops() const { return drops_; }
+  const SensorSynchronizer& input() const { return input_; }
   /// Whether it was resumed from a checkpoint.
   bool resumed() const { return resumed_; }
   /// The reply to the oldest SLAM_COMMAND that was not taken yet; see publish_reply.

@@ -24,9 +24,10 @@ cmake --build "$folder/build" -- -k 0 >"$folder/log" 2>&1 ||
 # The examples are such a project.
 examples="$(cd "$source_folder/../../examples" && pwd)"
 sample="$(cd "$source_folder/../../logs" && pwd)/sample.lcm"
-cmake -G Ninja -S "$examples" -B "$folder/examples" -DCMAKE_PREFIX_PATH="$prefix" >"$folder/log" 2>&1 ||
+cmake -G Ninja -S "$examples" -B "$folder/examples" -DCMAKE_CXX_FLAGS=-O1 -DCMAKE_UNITY_BUILD=ON -DCMAKE_PREFIX_PATH="$prefix" >"$folder/log" 2>&1 ||
   { cat "$folder/log"; fail "the examples' find_package(marco)"; }
 cmake --build "$folder/examples" >"$folder/log" 2>&1 || { grep -E 'error:|undefined' "$folder/log" | head; fail "an example"; }
+ctest --test-dir "$folder/examples/landmarks" >"$folder/log" 2>&1 || { cat "$folder/log"; fail "the tests of examples/landmarks"; }
 mkdir "$folder/of_example"
 "$folder/examples/map_a_log" "$sample" "$folder/of_example" | grep -q 'scans, .* loops' || fail map_a_log
 [ -s "$folder/of_example/map.pgm" ] || fail "map_a_log wrote no map"

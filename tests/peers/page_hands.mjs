@@ -45,6 +45,8 @@ export const handCases = (browser, withRobot, marcoExport) => ({
     await withRobot({}, async (robot, url) => {
       const page = await open(browser, url, { viewport: { ...desktop, hasTouch: true } }), touch = await fingers(page);
       await until("a map", async () => (await findColor(page, "#map", freeDay)).count > 1000);
+      await press(page, "Zoom out");  // from here on the view stays, though the map grows
+      await drawn(page);
       const place = async ([x, y]) => {
         await page.mouse.move(x, y);
         return (await text(page, ".place")).match(/x (\S+)\s+y (\S+) m/).slice(1).map(Number);

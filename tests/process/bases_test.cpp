@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -120,6 +121,14 @@ class LiveRobotProcesses : public ::testing::Test {
             file("ports/" + port)};
   }
 
+  /// A driver says that it hung, which nothing here makes it do.
+  bool machine_stood_still() const {
+    const auto hung = [this](const char* driver) {
+      return files::read_whole_file(log(driver)).find("this driver hung") != std::string::npos;
+    };
+    return hung("base") || hung("pantilt");
+  }
+
   std::filesystem::path folder_;
   process::LcmBus bus_{""};
   std::map<std::string, int> counts_;
@@ -161,9 +170,15 @@ rows = 10
   ASSERT_TRUE(wait(kPatienceS, [&] { return second.ended().has_value(); }));
   EXPECT_NE(*second.ended(), 0);
 
-  Child tour("marco-tour", {file("tour.toml"), "--pose", "true"}, log("tour"));
-  ASSERT_TRUE(wait(5.0 * kPatienceS, [&] { return tour.ended().has_value(); }));
-  EXPECT_EQ(*tour.ended(), 0);
+  std::optional<int> ended;
+  for (int i = 0; i < 3 && ended != 0; ++i) {
+    // A machine that stands still for half a second stops the robot, and ends the tour.
+    if (ended && !machine_stood_still()) break;
+    Child tour("marco-tour", {file("tour.toml"), "--pose", "true"}, log("tour"));
+    ASSERT_TRUE(wait(5.0 * kPatienceS, [&] { return tour.ended().has_value(); }));
+    ended = tour.ended();
+  }
+  EXPECT_EQ(ended, 0);
   for (const char* channel : {"LIDAR", "ODOMETRY", "PANTILT_STATE", "SENSOR_INFO", "BASE_STATUS",
                               "PROCESS_STATUS", "TRUE_POSE"}) {
     EXPECT_GT(counts_[channel], 5) << channel;

@@ -9,7 +9,6 @@
 #include <random>
 
 #include "lcm_tools/files/event_log.hpp"
-#include "lcm_tools/files/folder_journal.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcm_tools/process/wall_clock.hpp"
@@ -102,7 +101,6 @@ class WholeResults : public testing::CommandTest {
   }
   // @returns whether the folder is the new one; a mixture is a failure.
   bool judge(const std::string& home, const std::string& when) {
-    files::finish_interrupted(fs::path(home) / "out");
     const Files found = content_of(fs::path(home) / "out");
     const bool old = found == before_, fresh = found == after_;
     EXPECT_TRUE(old || fresh) << when << "; not as before:" << difference(found, before_)
@@ -218,28 +216,6 @@ TEST_F(WholeResults, Map) {
         return std::vector<std::string>{log, "--out", out};
       },
       1);
-}
-
-// A folder that is a mount point cannot exchange its name: the journal's way.
-TEST_F(WholeResults, MapByTheJournal) {
-  must("marco-map", {cut("old.lcm", "0", "3"), "--out", at("good")});
-  keep_good(at("good"));
-  fs::create_directories(at("work/out"));
-  if (mount(at("work/out").c_str(), at("work/out").c_str(), nullptr, MS_BIND, nullptr) != 0) {
-    std::printf("SKIPPED: no mounts of our own here\n");
-    return;
-  }
-  const std::string log = cut("new.lcm", "4", "8");
-  const auto command = [&](const std::string& out) {
-    return std::vector<std::string>{log, "--out", out};
-  };
-  put_back(at("work"));
-  const auto start = Clock::now();
-  must("marco-map", command(at("work/out")));
-  const double lasts_s = std::chrono::duration<double>(Clock::now() - start).count();
-  after_ = content_of(at("work/out"));
-  kill_at_random("marco-map", command, lasts_s, 2);
-  umount(at("work/out").c_str());
 }
 
 TEST_F(WholeResults, LogCut) {

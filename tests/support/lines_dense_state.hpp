@@ -9,7 +9,7 @@
 namespace marco::testing {
 
 /// The textbook filter: full matrices, the Joseph form, one inverse a measurement. The slow twin of
-/// slam::CompressedState, with the same numbers for its blocks; a removed wall's rows are dropped
+/// slam::EkfState, with the same numbers for its blocks; a removed wall's rows are dropped
 /// by leaving its block out.
 class LinesDenseState {
  public:

@@ -12,7 +12,7 @@ namespace marco::testing {
 /// (the start, each move's error, each new wall's error) and forgets none of it. What a block of
 /// the state is, is a map from these; to remove a block is to look at it no more, to join two is
 /// another map, and every covariance is rebuilt by inverting all the information. Nothing here is
-/// shared with slam::CompressedState or LinesDenseState but the numbers of the blocks.
+/// shared with slam::EkfState or LinesDenseState but the numbers of the blocks.
 class LinesInformationState {
  public:
   LinesInformationState(const Eigen::Vector3d& robot, const Eigen::Matrix3d& covariance) {

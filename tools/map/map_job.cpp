@@ -104,12 +104,12 @@ void MapJob::read(files::SampleReader& recording, const std::filesystem::path& i
     process::end_if_interrupted();
     // In slam.lcm, too: programs that draw its scans need the mount that the path was made with.
     if (auto* info = std::get_if<SensorInfo>(&*sample)) *info = laser_.corrected(*info);
-    if (const auto* scan = std::get_if<LaserScan>(&*sample)) {
-      const auto wrong = range_units_.look(*scan);
-      if (wrong) throw std::invalid_argument(input.string() + ": " + *wrong);
-      if (is_covered(edits_, slam::MapEdit::Kind::drop_scans, scan->utime)) continue;
-    }
+    const auto* scan = std::get_if<LaserScan>(&*sample);
+    if (scan != nullptr && is_covered(edits_, slam::MapEdit::Kind::drop_scans, scan->utime))
+      continue;
     take(*sample);
+    const std::string& fault = scan_rules().get<scan_rules::RangesInMetres>().fault;
+    if (!fault.empty()) throw std::invalid_argument(input.string() + ": " + fault);
     progress.update(recording.progress());
   }
   if (lines_ != nullptr && first_key > 0) check_that_lines_go_on(first_key, input);
@@ -142,19 +142,19 @@ void MapJob::take(const Sample& sample) {
   if (const auto* pose = std::get_if<TruePose>(&sample)) {
     recorded_.truth.add(*pose);
   }
-  if (const auto* odometry = std::get_if<OdometrySample>(&sample)) {
-    if (!odometry_fault_.empty()) return;
-    if (odometry_units_.look(*odometry)) {
-      recorded_.odometry.clear();
-    } else {
-      recorded_.odometry.push_back({odometry->utime, odometry->odom_from_robot});
-    }
-  }
+  const auto* odometry = std::get_if<OdometrySample>(&sample);
+  if (odometry != nullptr && !odometry_fault_.empty()) return;
   if (const auto* imu = std::get_if<ImuSample>(&sample)) integrate(*imu);
   if (const auto* scan = std::get_if<LaserScan>(&sample)) note_bearings(*scan);
   if (const auto* info = std::get_if<SensorInfo>(&sample)) note_sensor(recorded_.sensors, *info);
   const EncodedMessage message = encode_sample(sample);
   bus_.deliver(message.channel, message.bytes, message.utime);
+  if (odometry == nullptr) return;
+  if (mapper2d_->input().odometry_fault()) {
+    recorded_.odometry.clear();
+  } else {
+    recorded_.odometry.push_back({odometry->utime, odometry->odom_from_robot});
+  }
 }
 
 void MapJob::note_bearings(const LaserScan& scan) {
@@ -169,11 +169,10 @@ void MapJob::integrate(const ImuSample& sample) {
   double heading_rad = 0.0;
   if (!recorded_.gyro_heading.empty()) {
     const StampedPose2& last = recorded_.gyro_heading.back();
-    const double dt_s = (sample.utime - last.utime).seconds();
-    if (dt_s <= 0.0) return;
-    heading_rad = last.world_from_robot.theta_rad + dt_s * sample.angular_velocity_rad_per_s.z();
+    if (sample.utime <= last.utime) return;
+    heading_rad = integrated_heading_rad(last, sample).value_or(last.world_from_robot.theta_rad);
   }
-  recorded_.gyro_heading.push_back({sample.utime, {0.0, 0.0, normalize_angle(heading_rad)}});
+  recorded_.gyro_heading.push_back({sample.utime, {0.0, 0.0, heading_rad}});
 }
 
 void MapJob::finish() {

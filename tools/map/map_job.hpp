@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -10,7 +9,6 @@
 
 #include "common/trajectory.hpp"
 #include "common/trajectory_fit.hpp"
-#include "lcm_tools/base/renamed_key.hpp"
 #include "lcm_tools/process/batch_bus.hpp"
 #include "mapping3d/process/mapping3d_adapter.hpp"
 #include "recordings/foreign.hpp"
@@ -40,11 +38,6 @@ struct MapOptions {
   mapping3d::SurfacePipelineOptions joined_surface;
   PhotographOptions photographs;
   std::string odometry_fault;  ///< why no odometry is used, no setting; "" = it is used
-
-  static constexpr std::array kRenamed{RenamedKey{"slam_process", "slam, localizer or input"},
-                                       RenamedKey{"line_slam_process", "lines"},
-                                       RenamedKey{"mapping3d_process", "model"},
-                                       RenamedKey{"joined_surface", "surface"}};
 
   template <class Visitor>
   void visit(Visitor& v) {
@@ -113,6 +106,7 @@ class MapJob {
   std::size_t key_count() const { return mapper().keys().size(); }
   const std::vector<slam::Loop>& loops() const { return mapper().loops(); }
   const process::DropCounter& drops() const { return mapper2d_->drops(); }
+  const ScanRules& scan_rules() const { return mapper2d_->input().rules(); }
   /// See MappingSession::mended; nothing of a line SLAM.
   slam::MapEdits mended() const {
     return session() != nullptr ? session()->mended() : slam::MapEdits{};
@@ -186,8 +180,6 @@ class MapJob {
   std::vector<BodyPart> own_body_;
   std::vector<FloorLine> floor_;
   Recorded recorded_;
-  RangeUnits range_units_;
-  OdometryUnits odometry_units_;
   std::string odometry_fault_;  ///< see MapOptions
   slam::MapEdits edits_;
   /// Of each recording: the scans, and the odometry at them, that came before.

@@ -192,15 +192,11 @@ class Chooser {
       return;
     }
     const SensorInfo& info = camera->second;
-    Pose3 robot_from_sensor = info.parent_from_sensor;
-    if (info.mount == SensorInfo::Mount::pantilt) {
-      const auto base = sensors_.find(channels::kPanTiltState);
-      if (base == sensors_.end() || !angles) {
-        ++counts_.dropped["camera without pan-tilt angles"];
-        return;
-      }
-      robot_from_sensor =
-          robot_from_pantilt_sensor(base->second, info, angles->pan_rad, angles->tilt_rad);
+    const auto robot_from_camera =
+        robot_from_sensor(info, find_sensor(sensors_, channels::kPanTiltState), angles);
+    if (!robot_from_camera) {
+      ++counts_.dropped["camera without pan-tilt angles"];
+      return;
     }
     const char* why = "";
     const auto world_from_robot = pose_at(Utime{image.utime}, why);
@@ -209,7 +205,7 @@ class Chooser {
       return;
     }
     const Pose3 world_from_camera =
-        lift(*world_from_robot) * robot_from_sensor * sensor_from_camera();
+        lift(*world_from_robot) * *robot_from_camera * sensor_from_camera();
     const double cosine = std::cos(deg_to_rad(options_.apart_deg));
     if (std::any_of(taken_.begin(), taken_.end(), [&](const Taken& other) {
           return shows_the_same(other, world_from_camera, channel, options_.apart_m, cosine);

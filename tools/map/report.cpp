@@ -189,6 +189,20 @@ double path_length_m(const Trajectory& trajectory) {
   return length_m;
 }
 
+namespace {
+
+/// Of each rule that took something out, in the order of the rules.
+json rules_json(const ScanRules& rules) {
+  json removed = json::array();
+  for (const auto& [rule, count] : rules.counts()) {
+    if (count.scans + count.returns == 0) continue;
+    removed.push_back({{"rule", rule}, {"scans", count.scans}, {"returns", count.returns}});
+  }
+  return removed;
+}
+
+}  // namespace
+
 void write_report(const std::filesystem::path& path,
                   const MapJob& job,
                   const ReportExtras& extras) {
@@ -203,7 +217,8 @@ void write_report(const std::filesystem::path& path,
                      {"matched", count_scans(job, &slam::UsedScan::matched)},
                      {"held_out", count_scans(job, &slam::UsedScan::held_out)},
                      {"keyframes", job.key_count()},
-                     {"dropped", job.drops().by_cause()}};
+                     {"dropped", job.drops().by_cause()},
+                     {"removed_by", rules_json(job.scan_rules())}};
   if (extras.verdict != nullptr) add_verdict(report, *extras.verdict, job);
   if (extras.correction != nullptr) add_calibration(report, *extras.correction);
   if (!job.own_body().empty()) report["own_body"] = own_body_json(job);
@@ -287,6 +302,11 @@ void print_summary(const MapJob& job,
                    const std::filesystem::path& folder) {
   print_inputs(job);
   print_counts("dropped", job.drops().by_cause());
+  for (const auto& [rule, count] : job.scan_rules().counts()) {
+    if (count.returns == 0) continue;
+    print(stdout, "  %s: %lld returns left out\n", rule.c_str(),
+          static_cast<long long>(count.returns));
+  }
   const auto loops = std::count_if(job.loops().begin(), job.loops().end(),
                                    [](const slam::Loop& loop) { return loop.is_inlier; });
   print(stdout,

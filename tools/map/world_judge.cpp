@@ -14,10 +14,9 @@ namespace {
 double laser_height_m(const std::map<std::string, SensorInfo>& sensors) {
   for (const auto& [channel, info] : sensors) {
     if (channel.rfind(channels::kLidar, 0) != 0) continue;
-    if (info.mount != SensorInfo::Mount::pantilt) return info.parent_from_sensor.translation().z();
-    const auto base = sensors.find(channels::kPanTiltState);
-    if (base == sensors.end()) continue;
-    return robot_from_pantilt_sensor(base->second, info, 0.0, 0.0).translation().z();
+    const SensorInfo* base = find_sensor(sensors, channels::kPanTiltState);
+    const auto robot_from_laser = robot_from_sensor(info, base, PanTiltAngles{});
+    if (robot_from_laser) return robot_from_laser->translation().z();
   }
   return 0.0;
 }

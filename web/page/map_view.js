@@ -26,7 +26,7 @@ export class MapView {
     this.isLate = () => false;  // whether the robot is to be seen as one of the past
     this.frame = () => {
       if (canvas.clientWidth === 0) return;  // when only the 3D view is shown
-      if (!this.touched && !this.follow) this.fit();
+      if (!this.touched && !this.follow && this.tool === null) this.fit();  // a click goes where the user aimed
       this.draw();
     };
     listen(canvas, this);

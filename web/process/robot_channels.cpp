@@ -7,6 +7,7 @@
 #include "bot_core/image_t.hpp"
 #include "common/regular_scan.hpp"
 #include "lcm_tools/schema/schema.hpp"
+#include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/finite_pose.hpp"
 #include "lcmtypes/stamp.hpp"
@@ -88,7 +89,7 @@ bool RobotChannels::take_known(const process::RawMessage& raw, uint64_t fingerpr
   } else if (is_a<odometry_t>(fingerprint)) {
     take_odometry(from_message(decoded<odometry_t>(raw)));
   } else if (is_a<pantilt_state_t>(fingerprint)) {
-    head_ = from_message(decoded<pantilt_state_t>(raw));
+    head_ = from_message(decoded<pantilt_state_t>(raw)).angles();
   } else if (is_a<grid_map_t>(fingerprint)) {
     take_maps(grids_.add(channel, decoded<grid_map_t>(raw), raw.event_time));
   } else if (is_a<trajectory_t>(fingerprint)) {
@@ -108,14 +109,9 @@ bool RobotChannels::take_known(const process::RawMessage& raw, uint64_t fingerpr
 }
 
 std::optional<Pose3> RobotChannels::base_from_laser(const std::string& channel) const {
-  // LIDAR_RAW's pose is announced for LIDAR.
-  const bool is_raw = channel.starts_with("LIDAR_RAW");
-  const auto info = infos_.find(is_raw ? "LIDAR" + channel.substr(9) : channel);
-  if (info == infos_.end()) return std::nullopt;
-  if (info->second.mount == SensorInfo::Mount::robot) return info->second.parent_from_sensor;
-  const auto base = infos_.find("PANTILT_STATE");
-  if (base == infos_.end() || !head_) return std::nullopt;
-  return robot_from_pantilt_sensor(base->second, info->second, head_->pan_rad, head_->tilt_rad);
+  const SensorInfo* info = find_sensor(infos_, channels::lidar_of(channel));
+  if (info == nullptr) return std::nullopt;
+  return robot_from_sensor(*info, find_sensor(infos_, channels::kPanTiltState), head_);
 }
 
 void RobotChannels::take_scan(const LaserScan& scan, Utime heard) {

@@ -77,7 +77,7 @@ class RobotChannels {
   process::DropCounter& drops_;
   uint32_t map_, scan_, pose_, path_, camera_, frames_, walls_, loops_, model_, tiles_, points_;
   std::map<std::string, SensorInfo> infos_;
-  std::optional<PanTiltState> head_;
+  std::optional<PanTiltAngles> head_;
   std::optional<Laser> laser_;
   teleop::MapFrame frame_;
   std::optional<Pose2> map_from_base_;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kConcentricSigmaM = 0.005;  // two halves of one column differ by no more
 
-SparseRows concentricity(const CompressedState& state, const MapCircle& a, const MapCircle& b) {
+SparseRows concentricity(const EkfState& state, const MapCircle& a, const MapCircle& b) {
   SparseRows rows;
   rows.resize(3);
   rows.num_blocks = 2;
@@ -22,13 +22,10 @@ SparseRows concentricity(const CompressedState& state, const MapCircle& a, const
 
 }  // namespace
 
-bool CircleMap::are_one(const CompressedState& state, std::size_t a, std::size_t b) const {
+bool CircleMap::are_one(const EkfState& state, std::size_t a, std::size_t b) const {
   const MapCircle &one = circles_[a], &other = circles_[b];
   constexpr double kFarM = 1.0;  // centres of short arcs are known as poorly
-  if (one.from_inside != other.from_inside || !state.is_active(one.block) ||
-      !state.is_active(other.block)) {
-    return false;
-  }
+  if (one.from_inside != other.from_inside) return false;
   const double off_m = (state.mean(one.block) - state.mean(other.block)).head<2>().norm();
   if (off_m > kFarM) return false;
   const SparseRows rows = concentricity(state, one, other);
@@ -37,7 +34,7 @@ bool CircleMap::are_one(const CompressedState& state, std::size_t a, std::size_t
   return nu.dot(s.ldlt().solve(nu)) <= gate_;
 }
 
-void CircleMap::join_concentric(CompressedState& state) {
+void CircleMap::join_concentric(EkfState& state) {
   for (std::size_t a = 0; a < circles_.size(); ++a) {
     for (std::size_t b = circles_.size(); b-- > a + 1;) {
       if (are_one(state, a, b)) join(state, a, b);
@@ -45,7 +42,7 @@ void CircleMap::join_concentric(CompressedState& state) {
   }
 }
 
-void CircleMap::join(CompressedState& state, std::size_t a, std::size_t b) {
+void CircleMap::join(EkfState& state, std::size_t a, std::size_t b) {
   state.correct(concentricity(state, circles_[a], circles_[b]));
   state.finish_corrections();
   MapCircle& kept = circles_[a];

@@ -18,7 +18,7 @@ constexpr int kProvedTimes = 3, kCandidateSteps = 40;
 constexpr double kCandidateSigmaM = 0.015;  // of the pose from scan to scan
 constexpr double kFloorM = 0.003;           // nothing is quite round
 
-Pose2 pose_of(const CompressedState& state) {
+Pose2 pose_of(const EkfState& state) {
   const Eigen::Vector4d robot = state.mean(0);
   return {robot.x(), robot.y(), normalize_angle(robot.z())};
 }
@@ -39,7 +39,7 @@ namespace {
 
 // Corrections are what a filter's step costs, and a post that was seen often gains little from
 // each.
-bool tells_much(const CompressedState& state, const SparseRows& rows) {
+bool tells_much(const EkfState& state, const SparseRows& rows) {
   constexpr double kLeastGain = 0.05;  // of the noise's variance: the estimate gains 2.5 %
   const Eigen::Matrix3d known = state.covariance_between(rows, rows);
   const Eigen::Matrix3d noise = rows.noise;
@@ -57,20 +57,8 @@ std::vector<int> CircleMap::blocks() const {
   return all;
 }
 
-std::vector<int> CircleMap::blocks_within(const CompressedState& state,
-                                          const Eigen::Vector2d& from_m,
-                                          double radius_m) const {
-  std::vector<int> near;
-  for (const MapCircle& circle : circles_) {
-    const Eigen::Vector4d mean = state.rough_mean(circle.block);
-    const double off_m = std::abs((mean.head<2>() - from_m).norm() - mean[2]);
-    if (off_m <= radius_m) near.push_back(circle.block);
-  }
-  return near;
-}
-
 // Centre in the robot's frame, and radius.
-SparseRows CircleMap::measurement(const CompressedState& state,
+SparseRows CircleMap::measurement(const EkfState& state,
                                   const ObservedCircle& observed,
                                   std::size_t index) const {
   const int block = circles_[index].block;
@@ -94,7 +82,7 @@ SparseRows CircleMap::measurement(const CompressedState& state,
   return rows;
 }
 
-std::vector<int> CircleMap::associate(const CompressedState& state,
+std::vector<int> CircleMap::associate(const EkfState& state,
                                       const std::vector<ObservedCircle>& observed) const {
   std::vector<Pairing> pairings;
   std::vector<SparseRows> rows;
@@ -102,7 +90,7 @@ std::vector<int> CircleMap::associate(const CompressedState& state,
   for (std::size_t i = 0; i < observed.size(); ++i) {
     for (std::size_t j = 0; j < circles_.size(); ++j) {
       const MapCircle& circle = circles_[j];
-      if (circle.from_inside != observed[i].from_inside || !state.is_active(circle.block)) continue;
+      if (circle.from_inside != observed[i].from_inside) continue;
       SparseRows row = measurement(state, observed[i], j);
       const Eigen::Matrix3d s = state.innovation_covariance(row);
       const Eigen::Vector3d nu = row.innovation;
@@ -135,7 +123,7 @@ std::vector<int> CircleMap::associate(const CompressedState& state,
   return matches;
 }
 
-void CircleMap::correct(CompressedState& state,
+void CircleMap::correct(EkfState& state,
                         const std::vector<ObservedCircle>& observed,
                         const std::vector<int>& matches) {
   for (std::size_t i = 0; i < observed.size(); ++i) {
@@ -148,7 +136,7 @@ void CircleMap::correct(CompressedState& state,
   }
 }
 
-void CircleMap::extend(const CompressedState& state,
+void CircleMap::extend(const EkfState& state,
                        const std::vector<ObservedCircle>& observed,
                        const std::vector<int>& matches) {
   const double heading_rad = state.mean(0).z();
@@ -159,7 +147,7 @@ void CircleMap::extend(const CompressedState& state,
   }
 }
 
-void CircleMap::add_new(CompressedState& state,
+void CircleMap::add_new(EkfState& state,
                         const std::vector<ObservedCircle>& observed,
                         const std::vector<int>& matches) {
   const Pose2 pose = pose_of(state);
@@ -204,7 +192,7 @@ void CircleMap::add_new(CompressedState& state,
 }
 
 // State augmentation, as of a wall (WallMap::add).
-void CircleMap::add(CompressedState& state,
+void CircleMap::add(EkfState& state,
                     const ObservedCircle& observed,
                     const CircleCandidate& proved) {
   const Pose2 pose = pose_of(state);
@@ -227,13 +215,13 @@ void CircleMap::add(CompressedState& state,
   circles_.push_back(std::move(circle));
 }
 
-void CircleMap::remove(CompressedState& state, std::size_t index) {
+void CircleMap::remove(EkfState& state, std::size_t index) {
   state.remove(circles_[index].block);
   if (index + 1 != circles_.size()) circles_[index] = std::move(circles_.back());
   circles_.pop_back();
 }
 
-void CircleMap::restore(CompressedState& state, const Stored& stored) {
+void CircleMap::restore(EkfState& state, const Stored& stored) {
   for (const MapCircle& circle : stored.circles) {
     const SeenArc& arc = circle.arc;
     require(std::isfinite(arc.from_rad) && arc.span_rad >= 0.0 &&

@@ -8,7 +8,7 @@
 #include "common/round_wall.hpp"
 #include "slam/line_slam/circles/observed_circle.hpp"
 #include "slam/line_slam/ekf/circle_evidence.hpp"
-#include "slam/line_slam/ekf/compressed_state.hpp"
+#include "slam/line_slam/ekf/ekf_state.hpp"
 #include "slam/line_slam/ekf/wall_filter_options.hpp"
 #include "slam/line_slam/lines/scan_in_robot.hpp"
 
@@ -66,38 +66,34 @@ class CircleMap {
   const MapCircle& circle(std::size_t index) const { return circles_[index]; }
   const std::vector<CircleCandidate>& candidates() const { return candidates_; }
   std::vector<int> blocks() const;
-  /// Blocks of those whose outline lies within a distance of a point.
-  std::vector<int> blocks_within(const CompressedState& state,
-                                 const Eigen::Vector2d& from_m,
-                                 double radius_m) const;
 
   /// @returns per observed circle an index, kNew, or kUnclear where two would do.
-  std::vector<int> associate(const CompressedState& state,
+  std::vector<int> associate(const EkfState& state,
                              const std::vector<ObservedCircle>& observed) const;
   /// Leaves finish_corrections() to the caller.
-  void correct(CompressedState& state,
+  void correct(EkfState& state,
                const std::vector<ObservedCircle>& observed,
                const std::vector<int>& matches);
   /// Arcs grow by what is seen of them.
-  void extend(const CompressedState& state,
+  void extend(const EkfState& state,
               const std::vector<ObservedCircle>& observed,
               const std::vector<int>& matches);
   /// Takes new ones as candidates, and those into the state that have proved round.
-  void add_new(CompressedState& state,
+  void add_new(EkfState& state,
                const std::vector<ObservedCircle>& observed,
                const std::vector<int>& matches);
   /// Joins circles that are one: concentric and of equal radius, as far as is known.
-  void join_concentric(CompressedState& state);
+  void join_concentric(EkfState& state);
   /// Raises and lowers the evidence by the rays of a scan; what fell below the limit is removed.
-  void judge(CompressedState& state, const ScanInRobot& scan, double pose_margin_m);
+  void judge(EkfState& state, const ScanInRobot& scan, double pose_margin_m);
 
   /// Evidence starts again; see WallFilter::judge_again.
   void forget_evidence();
-  void vote(const CompressedState& state, const ScanInRobot& scan, const Pose2& world_from_robot);
+  void vote(const EkfState& state, const ScanInRobot& scan, const Pose2& world_from_robot);
 
   /// Whether a wall is nothing but a chord of a circle.
-  bool holds(const CompressedState& state, const Eigen::Vector4d& wall) const;
-  RoundWalls plan(CompressedState& state, int64_t min_times_seen) const;
+  bool holds(const EkfState& state, const Eigen::Vector4d& wall) const;
+  RoundWalls plan(const EkfState& state, int64_t min_times_seen) const;
 
   struct Stored {
     std::vector<MapCircle> circles;
@@ -107,16 +103,18 @@ class CircleMap {
   Stored store() const { return {circles_, candidates_, next_id_}; }
   /// Puts stored circles in the place of all, with new blocks whose values are not set yet.
   /// @throws std::invalid_argument for an arc without extent.
-  void restore(CompressedState& state, const Stored& stored);
+  void restore(EkfState& state, const Stored& stored);
 
  private:
-  SparseRows measurement(const CompressedState& state,
+  SparseRows measurement(const EkfState& state,
                          const ObservedCircle& observed,
                          std::size_t index) const;
-  void add(CompressedState& state, const ObservedCircle& observed, const CircleCandidate& proved);
-  void remove(CompressedState& state, std::size_t index);
-  bool are_one(const CompressedState& state, std::size_t a, std::size_t b) const;
-  void join(CompressedState& state, std::size_t a, std::size_t b);
+  void add(EkfState& state, const ObservedCircle& observed, const CircleCandidate& proved);
+  void remove(EkfState& state, std::size_t index);
+  /// Whether rays may judge it. @param circle  x, y, radius.
+  bool is_in_reach(const Eigen::Vector3d& circle, const Pose2& world_from_robot) const;
+  bool are_one(const EkfState& state, std::size_t a, std::size_t b) const;
+  void join(EkfState& state, std::size_t a, std::size_t b);
 
   WallFilterOptions options_;
   double gate_;  ///< of three values

@@ -74,7 +74,7 @@ std::optional<Meeting> meet(const Wall& one, const Wall& next) {
 
 }  // namespace
 
-CornerPoints corners_of(WallMap& map, const Walls& plan) {
+CornerPoints corners_of(const WallMap& map, const Walls& plan) {
   std::map<int64_t, int> block_of;
   for (const MapWall& wall : map.walls()) block_of[wall.id] = wall.block;
   std::vector<Meeting> meetings;

@@ -9,6 +9,6 @@ namespace marco::slam {
 /// end of one and the beginning of the other lie there within their uncertainty. Place and
 /// covariance follow from both walls' joint covariance.
 /// @param plan  of the same map (plan_of)
-CornerPoints corners_of(WallMap& map, const Walls& plan);
+CornerPoints corners_of(const WallMap& map, const Walls& plan);
 
 }  // namespace marco::slam

@@ -55,7 +55,6 @@ std::vector<Candidate> find_candidates(const WallMap& map,
     wide.max_distance_m = std::max(
         limits.max_distance_m, spread.position_m + spread.angle_rad * observed[i].center_m.norm());
     for (std::size_t j = 0; j < map.size(); ++j) {
-      if (!map.is_active(j)) continue;
       const Segment mapped = map.segment(j);
       if (!similar(seen, mapped, wide)) continue;
       Candidate candidate = candidate_of(map, observed, i, j);
@@ -126,7 +125,6 @@ Matches associate_similar(const WallMap& map, const ObservedWalls& observed) {
     const Segment seen = map.seen_in_world(observed[i]);
     double most_m = 0.0;
     for (std::size_t j = 0; j < map.size(); ++j) {
-      if (!map.is_active(j)) continue;
       const Segment mapped = map.segment(j);
       if (!similar(seen, mapped, map.options().similar)) continue;
       const double common_m = std::max(1e-6, overlap_m(seen, mapped));

@@ -174,7 +174,7 @@ double chi_square_limit(int degrees_of_freedom, double probability) {
   return limit_of(degrees_of_freedom, normal_quantile(probability));
 }
 
-double individual_distance2(const CompressedState& state, const Candidate& candidate) {
+double individual_distance2(const EkfState& state, const Candidate& candidate) {
   const SparseRows& rows = candidate.rows;
   const SparseRows::Square root = inverse_root(state.innovation_covariance(rows));
   const double distance2 = root.lazyProduct(rows.innovation).squaredNorm();
@@ -188,7 +188,7 @@ std::vector<int> joint_compatibility(const std::vector<Pairing>& candidates,
   return BranchAndBound(candidates, cross_covariance, num_observations, probability).run();
 }
 
-std::vector<int> joint_compatibility(const CompressedState& state,
+std::vector<int> joint_compatibility(const EkfState& state,
                                      const std::vector<Candidate>& candidates,
                                      int num_observations,
                                      double probability) {

@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "slam/line_slam/ekf/compressed_state.hpp"
+#include "slam/line_slam/ekf/ekf_state.hpp"
 #include "slam/line_slam/ekf/sparse_rows.hpp"
 
 namespace marco::slam {
@@ -21,7 +21,7 @@ struct Candidate {
 double chi_square_limit(int degrees_of_freedom, double probability);
 
 /// Squared Mahalanobis distance of one pairing (individual compatibility).
-double individual_distance2(const CompressedState& state, const Candidate& candidate);
+double individual_distance2(const EkfState& state, const Candidate& candidate);
 
 /// The same of any filter: a possible pairing of an observation, by its innovation.
 struct Pairing {
@@ -48,7 +48,7 @@ std::vector<int> joint_compatibility(const std::vector<Pairing>& candidates,
 
 /// As above, of walls. What differs from the paper: a wall may be paired more than once, because
 /// occlusion cuts one wall into several.
-std::vector<int> joint_compatibility(const CompressedState& state,
+std::vector<int> joint_compatibility(const EkfState& state,
                                      const std::vector<Candidate>& candidates,
                                      int num_observations,
                                      double probability);

@@ -17,10 +17,10 @@ double distance_to(const Eigen::Vector2d& point_m, const Eigen::Vector4d& wall) 
   return (point_m - wall.head<2>() - part * way).norm();
 }
 
-// How far a point lies on the free side of the wall's line; a wall is never seen from behind.
-double left_of(const Eigen::Vector4d& wall, const Eigen::Vector2d& point_m) {
+// Whether a point lies on the wall's free side.
+bool is_left_of(const Eigen::Vector4d& wall, const Eigen::Vector2d& point_m) {
   const Eigen::Vector2d way = wall.tail<2>() - wall.head<2>(), to = point_m - wall.head<2>();
-  return (way.x() * to.y() - way.y() * to.x()) / std::max(1e-9, way.norm());
+  return way.x() * to.y() - way.y() * to.x() >= 0.0;
 }
 
 }  // namespace
@@ -46,49 +46,10 @@ std::vector<int> WallFilter::blocks() const {
   return all;
 }
 
-std::vector<int> WallFilter::blocks_within(double radius_m, double behind_m) const {
-  const Eigen::Vector2d robot_m = state().mean(0).head<2>();
-  std::vector<int> near = circles_.blocks_within(state(), robot_m, radius_m);
-  for (const MapWall& wall : map_.walls()) {
-    const Eigen::Vector4d mean = state().rough_mean(wall.block);
-    if (distance_to(robot_m, mean) > radius_m) continue;
-    if (left_of(mean, robot_m) > -behind_m) near.push_back(wall.block);
-  }
-  return near;
-}
-
-void WallFilter::focus() {
-  state().catch_up(std::max(options().catch_up_tiles,
-                            static_cast<int>(options().catch_up_part * state().num_tiles())));
-  const bool all = static_cast<int>(num_walls() + circles_.size()) <= options().max_dense_walls;
-  if (all && state().num_passive() == 0) return;
-  const std::vector<int> needed =
-      all ? blocks() : blocks_within(options().active_radius_m, options().active_behind_m);
-  const bool missing = std::any_of(needed.begin(), needed.end(),
-                                   [this](int block) { return !state().is_active(block); });
-  // A corrected pose moves passive walls too, but they are searched at their old places.
-  const bool moved =
-      state().num_passive() > 0 && moved_since_focus_m_ > 0.5 * options().active_margin_m;
-  const auto wanted = [&] {
-    return blocks_within(options().active_radius_m + options().active_margin_m,
-                         options().active_behind_m + options().active_margin_m);
-  };
-  const std::size_t active = state().active().size() - 1;
-  const auto slack = static_cast<std::size_t>(options().max_dense_walls);
-  const bool too_many =
-      !all && active > 2 * needed.size() + slack && active > 3 * wanted().size() / 2 + slack;
-  if (!missing && !moved && !too_many) return;
-  state().refresh_means();
-  std::vector<int> next = all ? needed : wanted();
-  state().activate(next);
-  moved_since_focus_m_ = 0.0;
-}
-
 void WallFilter::correct(const std::vector<ObservedWall>& observed,
                          const std::vector<WallMatch>& matches,
                          const std::vector<ObservedCircle>& circles,
                          const std::vector<int>& circle_matches) {
-  const Eigen::Vector2d before_m = state().mean(0).head<2>();
   std::vector<MatchedEnds> ends(observed.size());
   for (std::size_t i = 0; i < observed.size(); ++i) {
     if (matches[i].wall >= 0) {
@@ -103,7 +64,6 @@ void WallFilter::correct(const std::vector<ObservedWall>& observed,
   }
   circles_.correct(state(), circles, circle_matches);
   state().finish_corrections();
-  moved_since_focus_m_ += (state().mean(0).head<2>() - before_m).norm();
 }
 
 void WallFilter::extend(const std::vector<ObservedWall>& observed,
@@ -134,6 +94,10 @@ int WallFilter::join_similar(const std::vector<WallMatch>& matches) {
   return join_similar_walls(map_, matches);
 }
 
+bool WallFilter::may_see(const Eigen::Vector2d& robot_m, const Eigen::Vector4d& wall) const {
+  return distance_to(robot_m, wall) <= options().judged_within_m && is_left_of(wall, robot_m);
+}
+
 int WallFilter::judge(const ScanInRobot& scan) {
   if (scan.bearing_step_rad <= 0.0) return 0;
   const Eigen::Vector2d robot_m = state().mean(0).head<2>();
@@ -142,10 +106,8 @@ int WallFilter::judge(const ScanInRobot& scan) {
   const double pose_margin_m = 2.0 * std::sqrt(std::max(p(0, 0), p(1, 1)));
   for (std::size_t i = num_walls(); i-- > 0;) {
     MapWall& wall = map_.wall(i);
-    if (!state().is_active(wall.block)) continue;
     const Eigen::Vector4d mean = state().mean(wall.block);
-    const double far_m = options().active_radius_m + (mean.tail<2>() - mean.head<2>()).norm();
-    if ((mean.head<2>() - robot_m).norm() > far_m) continue;
+    if (!may_see(robot_m, mean)) continue;
     vote_by_rays(scan, seen_from_robot(state().mean(0).head<3>(), mean), pose_margin_m,
                  wall.evidence);
     wall.evidence.count_votes(options().evidence);
@@ -165,14 +127,12 @@ void WallFilter::draw_circles(const std::vector<ObservedCircle>& observed,
   const Eigen::Matrix3d p = robot_covariance();
   circles_.judge(state(), scan, 2.0 * std::sqrt(std::max(p(0, 0), p(1, 1))));
   for (std::size_t i = num_walls(); i-- > 0 && circles_.size() > 0;) {
-    const int block = map_.wall(i).block;
-    if (state().is_active(block) && circles_.holds(state(), state().mean(block))) map_.remove(i);
+    if (circles_.holds(state(), map_.mean(i))) map_.remove(i);
   }
 }
 
 void WallFilter::judge_again(const std::vector<ScanInRobot>& scans,
                              const std::vector<Pose2>& world_from_robots) {
-  state().refresh_means();
   for (std::size_t i = 0; i < num_walls(); ++i) map_.wall(i).evidence.forget(options().evidence);
   circles_.forget_evidence();
   std::vector<WallSeen> seen;
@@ -181,10 +141,8 @@ void WallFilter::judge_again(const std::vector<ScanInRobot>& scans,
     seen.clear();
     for (std::size_t i = 0; i < num_walls(); ++i) {
       MapWall& wall = map_.wall(i);
-      const Eigen::Vector4d mean = state().rough_mean(wall.block);
-      if (distance_to(robot_m, mean) > options().active_radius_m || left_of(mean, robot_m) < 0.0) {
-        continue;
-      }
+      const Eigen::Vector4d mean = state().mean(wall.block);
+      if (!may_see(robot_m, mean)) continue;
       seen.push_back({seen_from_robot(world_from_robots[k].vector(), mean), &wall.evidence});
     }
     vote_for_nearest(scans[k], seen);
@@ -193,15 +151,10 @@ void WallFilter::judge_again(const std::vector<ScanInRobot>& scans,
   }
 }
 
-WallFilter::Stored WallFilter::store() {
+WallFilter::Stored WallFilter::store() const {
   const std::vector<int> all = blocks();
   Stored stored;
-  for (const int block : state().active().subspan(1)) {
-    const auto at = std::find(all.begin(), all.end(), block);
-    stored.active.push_back(static_cast<int32_t>(at - all.begin()));
-  }
   stored.covariance = state().dense_covariance(all);
-  state().catch_up(state().num_tiles());
   stored.mean = state().dense_mean(all);
   stored.first_estimate.resize(stored.mean.size());
   stored.first_estimate.head<3>() = state().first_estimate(0).head<3>();
@@ -211,7 +164,6 @@ WallFilter::Stored WallFilter::store() {
   }
   stored.walls = map_.walls();
   stored.circles = circles_.store();
-  stored.moved_since_focus_m = moved_since_focus_m_;
   stored.next_id = map_.next_id();
   return stored;
 }
@@ -225,21 +177,9 @@ void WallFilter::restore(const Stored& stored) {
   require(
       stored.mean.allFinite() && stored.first_estimate.allFinite() && stored.covariance.allFinite(),
       "wall_filter: stored values are not finite");
-  std::vector<char> is_active(count, 0);
-  for (const int32_t index : stored.active) {
-    const bool known = index >= 0 && static_cast<std::size_t>(index) < count;
-    require(known && is_active[static_cast<std::size_t>(index)] == 0,
-            "wall_filter: stored active part names a missing wall, or one twice");
-    is_active[static_cast<std::size_t>(index)] = 1;
-  }
   map_.restore(stored.walls, stored.next_id);
   circles_.restore(state(), stored.circles);
-  const std::vector<int> all = blocks();
-  state().restore(all, stored.mean, stored.first_estimate, stored.covariance);
-  std::vector<int> active;
-  for (const int32_t index : stored.active) active.push_back(all[static_cast<std::size_t>(index)]);
-  state().activate(active);
-  moved_since_focus_m_ = stored.moved_since_focus_m;
+  state().restore(blocks(), stored.mean, stored.first_estimate, stored.covariance);
 }
 
 }  // namespace marco::slam

@@ -17,7 +17,7 @@ namespace marco::slam {
 
 /// Thesis A's filter: robot and walls in one extended Kalman filter, with first-estimates Jacobians
 /// (a plain EKF grows overconfident in its heading). Steps of one scan, in this order: predict,
-/// focus, associate, correct, extend, add, join, judge. Not thread-safe.
+/// associate, correct, extend, add, join, judge. Not thread-safe.
 class WallFilter {
  public:
   /// @throws std::invalid_argument naming an option outside its limits.
@@ -32,8 +32,8 @@ class WallFilter {
   Eigen::Vector4d wall_mean(std::size_t index) const { return map_.mean(index); }
   /// Of walls, then of circles.
   std::vector<int> blocks() const;
-  CompressedState& state() { return map_.state(); }
-  const CompressedState& state() const { return map_.state(); }
+  EkfState& state() { return map_.state(); }
+  const EkfState& state() const { return map_.state(); }
 
   /// (5.2-5.14) by odometry.
   void predict(const Pose2& robot_motion);
@@ -41,9 +41,6 @@ class WallFilter {
   void predict(const Pose2& robot_motion, const Eigen::Matrix3d& noise);
   /// Forgets where the robot was: another source says where it is, independently of the map.
   void place(const Pose2& world_from_robot, const Eigen::Matrix3d& covariance);
-
-  /// Makes the walls around the robot the active part, when that is due.
-  void focus();
 
   /// Data association (5.1).
   std::vector<WallMatch> associate(const std::vector<ObservedWall>& observed) const {
@@ -94,14 +91,16 @@ class WallFilter {
                     const std::vector<int>& matches,
                     const ScanInRobot& scan);
   const CircleMap& circles() const { return circles_; }
-  RoundWalls round_walls(int64_t min_times_seen) { return circles_.plan(state(), min_times_seen); }
+  RoundWalls round_walls(int64_t min_times_seen) const {
+    return circles_.plan(state(), min_times_seen);
+  }
 
   /// See plan_of.
-  Walls plan(int64_t min_times_seen, double min_length_m) {
+  Walls plan(int64_t min_times_seen, double min_length_m) const {
     return plan_of(map_, min_times_seen, min_length_m);
   }
   /// See corners_of.
-  CornerPoints corners(const Walls& plan) { return corners_of(map_, plan); }
+  CornerPoints corners(const Walls& plan) const { return corners_of(map_, plan); }
 
   /// The whole state. A filter restored from it continues bit for bit as the stored one.
   struct Stored {
@@ -110,33 +109,28 @@ class WallFilter {
     Eigen::MatrixXd covariance;
     std::vector<MapWall> walls;
     CircleMap::Stored circles;
-    std::vector<int32_t> active;  ///< indices of walls and circles in the filter's order
-    double moved_since_focus_m = 0.0;
     int64_t next_id = 0;
 
     template <class Visitor>
     void visit(Visitor& v) {
       v("next_id", next_id);
-      v("moved_since_focus_m", moved_since_focus_m);
-      v("active", active);
       v("walls", walls);
       v("mean", mean);
       v("first_estimate", first_estimate);
       v("covariance", covariance);
     }
   };
-  /// Carries out all deferred updates: O(n^2).
-  Stored store();
+  Stored store() const;
   /// @throws std::invalid_argument when sizes do not agree.
   void restore(const Stored& stored);
 
  private:
   const WallFilterOptions& options() const { return map_.options(); }
-  std::vector<int> blocks_within(double radius_m, double behind_m) const;
+  /// Whether rays from there judge the wall: it is never seen from behind, nor from far away.
+  bool may_see(const Eigen::Vector2d& robot_m, const Eigen::Vector4d& wall) const;
 
   WallMap map_;
   CircleMap circles_;
-  double moved_since_focus_m_ = 0.0;  ///< by corrections
 };
 
 }  // namespace marco::slam

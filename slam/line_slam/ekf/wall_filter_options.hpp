@@ -23,12 +23,7 @@ struct WallFilterOptions {
   double start_sigma_rad = 1e-3;
   int new_wall_points = 8;          ///< walls with fewer points are not added to the map
   double new_wall_length_m = 0.80;  ///< nor shorter ones
-  double active_radius_m = 24.0;    ///< closer walls are in the active part
-  double active_behind_m = 1.0;     ///< ... unless the robot is this far behind their line
-  double active_margin_m = 2.0;     ///< added to both when the active part is chosen again
-  int max_dense_walls = 24;         ///< with fewer walls all are active
-  int catch_up_tiles = 12;          ///< of the deferred covariance per scan, or ...
-  double catch_up_part = 0.1;       ///< ... this part of all, whichever is more
+  double judged_within_m = 24.0;    ///< rays judge walls no farther away
   WallEvidenceOptions evidence;
 
   template <class Visitor>
@@ -47,9 +42,6 @@ struct WallFilterOptions {
                "Walls with fewer points are not added to the map. Less for lasers with few beams.");
     v("new_wall_length_m", new_wall_length_m, kNotNegative,
       "Shorter walls are not added to the map. Less for small arenas.");
-    v.advanced("active_radius_m", active_radius_m, kPositive,
-               "Walls within this distance are corrected at once, farther ones later. More for "
-               "long-range lasers, at a cost.");
   }
 };
 

@@ -15,7 +15,7 @@ enum class WallEnd { start, end };
 void move_end(WallMap& map, std::size_t index, const ObservedWall& observed, WallEnd which) {
   const bool at_start = which == WallEnd::start;
   const WallFilterOptions& options = map.options();
-  CompressedState& state = map.state();
+  EkfState& state = map.state();
   MapWall& wall = map.wall(index);
   const Eigen::Vector4d mean = map.mean(index);
   const Eigen::Vector2d way = mean.tail<2>() - mean.head<2>();
@@ -62,7 +62,7 @@ void move_end(WallMap& map, std::size_t index, const ObservedWall& observed, Wal
 
 // The offsets of b's ends from a's line, measured to be 0.
 SparseRows collinearity(const WallMap& map, std::size_t a, std::size_t b) {
-  const CompressedState& state = map.state();
+  const EkfState& state = map.state();
   const int block_a = map.wall(a).block, block_b = map.wall(b).block;
   const Eigen::Vector4d first_a = state.first_estimate(block_a);
   const Eigen::Vector4d first_b = state.first_estimate(block_b);
@@ -107,7 +107,7 @@ void extend_wall(WallMap& map, std::size_t index, const ObservedWall& observed) 
 
 void join_walls(WallMap& map, std::size_t a, std::size_t b) {
   if (squared_length(map.segment(b)) == 0.0) return map.remove(b);
-  CompressedState& state = map.state();
+  EkfState& state = map.state();
   state.correct(collinearity(map, a, b));
   state.finish_corrections();
   MapWall& kept = map.wall(a);
@@ -154,7 +154,7 @@ int join_similar_walls(WallMap& map, const std::vector<WallMatch>& matches) {
     for (std::size_t j = 0; j < map.size(); ++j) {
       const std::size_t i = index_of(map, id);
       if (i == map.size()) break;
-      if (i == j || !map.is_active(j)) continue;
+      if (i == j) continue;
       const Segment a = map.segment(i), b = map.segment(j);
       if (!similar(a, b, map.options().similar)) continue;
       const bool first_longer = squared_length(a) >= squared_length(b);

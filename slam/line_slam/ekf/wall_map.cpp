@@ -120,7 +120,7 @@ void WallMap::remove(std::size_t index) {
 }
 
 void WallMap::restore(const std::vector<MapWall>& walls, int64_t next_id) {
-  state_ = CompressedState(Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero());
+  state_ = EkfState(Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero());
   walls_ = walls;
   next_id_ = next_id;
   for (MapWall& wall : walls_) {

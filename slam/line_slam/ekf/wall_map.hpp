@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "common/pose2.hpp"
-#include "slam/line_slam/ekf/compressed_state.hpp"
+#include "slam/line_slam/ekf/ekf_state.hpp"
 #include "slam/line_slam/ekf/similar.hpp"
 #include "slam/line_slam/ekf/wall_evidence.hpp"
 #include "slam/line_slam/ekf/wall_filter_options.hpp"
@@ -40,8 +40,8 @@ class WallMap {
   WallMap(const WallFilterOptions& options, const Pose2& world_from_robot);
 
   const WallFilterOptions& options() const { return options_; }
-  CompressedState& state() { return state_; }
-  const CompressedState& state() const { return state_; }
+  EkfState& state() { return state_; }
+  const EkfState& state() const { return state_; }
 
   Pose2 world_from_robot() const;
   Eigen::Matrix3d robot_covariance() const;
@@ -50,7 +50,6 @@ class WallMap {
   const MapWall& wall(std::size_t index) const { return walls_[index]; }
   const std::vector<MapWall>& walls() const { return walls_; }
   int64_t next_id() const { return next_id_; }
-  bool is_active(std::size_t index) const { return state_.is_active(walls_[index].block); }
   /// x1 y1 x2 y2.
   Eigen::Vector4d mean(std::size_t index) const { return state_.mean(walls_[index].block); }
   Segment segment(std::size_t index) const;
@@ -77,7 +76,7 @@ class WallMap {
   ObservedWall with_floors(const ObservedWall& observed) const;
 
   WallFilterOptions options_;
-  CompressedState state_;
+  EkfState state_;
   std::vector<MapWall> walls_;
   int64_t next_id_ = 1;
 };

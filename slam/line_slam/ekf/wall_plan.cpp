@@ -7,12 +7,12 @@
 
 namespace marco::slam {
 
-Walls plan_of(WallMap& map, int64_t min_times_seen, double min_length_m) {
+Walls plan_of(const WallMap& map, int64_t min_times_seen, double min_length_m) {
   Walls plan;
   for (const MapWall& wall : map.walls()) {
     if (wall.times_seen < min_times_seen) continue;
     const Eigen::Vector4d mean = map.state().mean(wall.block);
-    const Eigen::Matrix4d covariance = map.state().marginal(wall.block);
+    const Eigen::Matrix4d covariance = map.state().covariance(wall.block, wall.block);
     const double length_m = (mean.tail<2>() - mean.head<2>()).norm();
     for (const WallEvidence::Run& run : wall.evidence.runs(map.options().evidence)) {
       const double to_m = std::min(run.to_m, length_m);

@@ -8,7 +8,7 @@ namespace marco::slam {
 
 /// The floor plan: the parts of walls that stand now, at least `min_length_m` long, of walls seen
 /// in at least `min_times_seen` scans, with covariances.
-Walls plan_of(WallMap& map, int64_t min_times_seen, double min_length_m);
+Walls plan_of(const WallMap& map, int64_t min_times_seen, double min_length_m);
 
 /// Removes posts that a wall of the plan passes through, along a chord at least as long as their
 /// radius: from some viewpoints the corner of a cupboard looks like a post. A column that protrudes

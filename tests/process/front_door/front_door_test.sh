@@ -49,7 +49,7 @@ fresh_machine() { rm -rf "$clone/build"; : >"$machine/installed"; }
 # Help and mistakes cost nothing, on a machine with nothing.
 commands=$(sed -n 's/^  \.\/marco \([a-z-]*\).*/\1/p' <(cd "$clone" && ./marco help) | sort -u)
 [ "$(wc -w <<<"$commands")" -ge 17 ] || fail "usage lists too few commands: $commands"
-for command in demo figures run replay test bench fuzz soak licenses; do
+for command in demo run replay test bench fuzz soak licenses; do
   for words in "$command --help" "$command -h" "help $command" "$command --quick --help"; do
     door $words
     expect_code 0 "$words"
@@ -76,7 +76,7 @@ expect_in "$err" "unknown command 'mpa'; did you mean 'map'?" mpa
 door test --lnog
 expect_code 2 "test --lnog"
 expect_in "$err" "unknown option '--lnog'; did you mean '--long'?" "test --lnog"
-for words in "demo --out" "figures --out" "replay a.lcm --speed" "replay" "run" "replay a.lcm --spede 2" "figures --otu x" "fuzz --mintes 3" "soak --hour 3" \
+for words in "demo --out" "replay a.lcm --speed" "replay" "run" "replay a.lcm --spede 2" "fuzz --mintes 3" "soak --hour 3" \
   "bench --filter x"; do
   MARCO_BIN=/nowhere door $words
   expect_code 2 "$words"

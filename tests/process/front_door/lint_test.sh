@@ -1,5 +1,6 @@
 #!/bin/bash
-# tools/lint.sh finds a badly laid out file, a badly named function and a badly worded page, and lets good ones pass.
+# tools/lint.sh finds a badly laid out file, a badly named function, a badly worded page and a room above its budget, and
+# lets good ones pass.
 set -euo pipefail
 root=${1:?usage: lint_test.sh ROOT}
 for tool in clang-format clang-tidy clang++ git; do
@@ -76,4 +77,54 @@ if command -v codespell >/dev/null && command -v doxygen >/dev/null; then
 else
   echo "without codespell and doxygen: how it reads is not tested"
 fi
+
+# How much there is.
+git rm -qrf --cached . && rm -rf *.cpp tests/*.cpp
+cp "$root/tools/lines.py" tools/
+# $1 path, $2 number of lines.
+lines_in() { mkdir -p "$(dirname "$1")"; seq -f '// %g' "$2" >"$1"; git add "$1"; }
+budget() { printf '%s\n' '# room lines' "$@" >tools/lines.txt; }
+lines_in slam/map/place.cpp 30
+lines_in slam/map/tests/place.cpp 7
+lines_in drivers/sick/driver.cpp 20
+lines_in drivers/sick/emulator.cpp 5
+lines_in simulator/devices/sick/laser.hpp 4
+lines_in simulator/world.cpp 3
+lines_in lcm_tools/log/log.cpp 11
+lines_in lcm_tools/tests/log/log_test.cpp 2
+lines_in examples/own.cpp 6
+lines_in web/page/app.js 8
+mkdir -p docs
+printf '%s\n' '    [slam]' '    example = 1' '' '    [slam]' '    # How far.' '    far_m = 1' '    near_m = 2' >docs/settings.md
+full=('drivers/sick 20' 'emulators 9' 'examples 6' 'lcm_tools 11' 'page 8' 'simulator 3' 'slam/map 30' 'tests 9' 'total 73' 'settings 2')
+budget "${full[@]}"
+tools/lint.sh lines >said || { cat said; fail "a budget that fits is refused"; }
+grep -qE '^product +53 *$' said && grep -qE '^total +73 +73$' said && grep -qE '^settings +2 +2$' said || { cat said; fail "lines are counted wrongly"; }
+budget "${full[@]/slam\/map 30/slam/map 29}"
+! tools/lint.sh lines >said || fail "a room one line above its budget passes"
+grep -q '^slam/map: 30 lines, 1 more' said || fail "the room above its budget is not named"
+budget "${full[@]/slam\/map 30/}"
+! tools/lint.sh lines >said || fail "a room without a budget passes"
+grep -q '^slam/map: 30 lines, and no budget' said || fail "the room without a budget is not named"
+budget "${full[@]/settings 2/settings 1}"
+tools/lint.sh lines >said || fail "a setting too many is no failure"
+grep -qE '^settings +2 +1  1 more than allowed' said || fail "a setting too many is not reported"
+
+# $1 lines of a function's body; its head takes one line, its end another.
+function_of() {
+  { printf 'namespace a {\nint first(int value) {\n'; seq -f '  value += %g;  // }' "$1"; printf '}\n'
+    printf 'struct S {\n  S() : a_{1} {}\n  int a_;\n};\n}\n'; } >slam/map/long.cpp
+  git add slam/map/long.cpp
+}
+budget "${full[@]/slam\/map 30/slam/map 200}" 'functions_over_60_lines 0'
+sed -i 's/total 73/total 300/' tools/lines.txt
+function_of 58
+tools/lint.sh lines >said && grep -qE '^functions_over_60_lines +0 +0$' said || { cat said; fail "a function of 60 lines is taken for a longer one"; }
+function_of 59
+tools/lint.sh lines >said && grep -q '^  slam/map/long.cpp:2 (61 lines)$' said || { cat said; fail "a function of 61 lines is not named"; }
+printf '#pragma once\n' >slam/map/one.hpp
+printf '#include "slam/map/one.hpp"\n' | tee slam/map/one.cpp >drivers/sick/other.cpp
+git add slam drivers
+tools/lint.sh lines >said || true
+grep -qE '^headers_with_one_user +1 ' said || { cat said; fail "a header with one user is not counted"; }
 echo "lint finds what it should"

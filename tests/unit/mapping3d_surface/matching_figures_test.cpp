@@ -1,4 +1,4 @@
-#include "tools/figures/matching_figures.hpp"
+#include "tests/experiments/figures/matching_figures.hpp"
 
 #include <gmock/gmock.h>
 

@@ -1,12 +1,12 @@
-#include "tools/figures/thesis_figures.hpp"
+#include "tests/experiments/figures/thesis_figures.hpp"
 
 #include <gmock/gmock.h>
 
 #include <algorithm>
 #include <filesystem>
 
+#include "tests/experiments/figures/photograph_figures.hpp"
 #include "tests/support/analytic_room.hpp"
-#include "tools/figures/photograph_figures.hpp"
 #include "viewer/image_io.hpp"
 
 namespace marco {

@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
-
 namespace marco::process {
 namespace {
 
@@ -13,8 +11,6 @@ using ::testing::Not;
 
 struct Inner {
   double sigma_m = 0.5;
-  static constexpr std::array kRenamed{RenamedKey{"spread_m", "sigma_m"},
-                                       RenamedKey{"left_m", "box_m = [LEFT, RIGHT]"}};
   template <class Visitor>
   void visit(Visitor& v) {
     v("sigma_m", sigma_m, kPositive);
@@ -52,15 +48,6 @@ std::string refusal(const std::string& text) {
     return error.what();
   }
   return "accepted";
-}
-
-TEST(Config, AKeyThatWasRenamedIsRefusedWithItsNewName) {
-  EXPECT_THAT(refusal("[inner]\nspread_m = 2\n"),
-              HasSubstr("inner.key 'spread_m' (line 2, column 12) was renamed: write 'sigma_m'"));
-  EXPECT_THAT(refusal("[inner]\nleft_m = 2\n"),
-              HasSubstr("was renamed: write box_m = [LEFT, RIGHT]"));
-  // The name of another struct's key is not known here.
-  EXPECT_THAT(refusal("spread_m = 2\n"), HasSubstr("unknown key 'spread_m'"));
 }
 
 TEST(Config, ReadsEveryKindOfFieldAndKeepsTheOtherDefaults) {

@@ -146,8 +146,7 @@ TEST(Association, APairingMustHoldFromThePoseThatAllPairingsImply) {
 // One pairing says that the robot turned left, the other one that it turned right: each passes its
 // own gate, since the heading is known to 0.1 rad, but both errors are one.
 TEST(JointCompatibility, CountsTheCorrelationOfTheInnovations) {
-  const CompressedState state(Eigen::Vector3d::Zero(),
-                              Eigen::Vector3d(1e-6, 1e-6, 1e-2).asDiagonal());
+  const EkfState state(Eigen::Vector3d::Zero(), Eigen::Vector3d(1e-6, 1e-6, 1e-2).asDiagonal());
   const auto candidate = [](int observation, double turn_rad) {
     Candidate made{observation, observation, {}};
     made.rows.resize(2);
@@ -214,7 +213,8 @@ TEST(Plan, APieceHasTheCovarianceOfThePiece) {
   ASSERT_EQ(plan.size(), 1U);
   ASSERT_NEAR(plan[0].end_m.x(), 6.0, 0.11);
   const double part = (plan[0].end_m.x() - 2.0) / 8.0;
-  const Eigen::Matrix4d whole = filter.state().marginal(filter.wall(0).block);
+  const Eigen::Matrix4d whole =
+      filter.state().covariance(filter.wall(0).block, filter.wall(0).block);
   ASSERT_GT(whole(2, 2), 0.25) << "the far end along the wall";
   const double expected = (1.0 - part) * (1.0 - part) * whole(0, 0) + part * part * whole(2, 2) +
                           2.0 * part * (1.0 - part) * whole(0, 2);

@@ -177,7 +177,7 @@ TEST(Jacobians, InnovationCovarianceAgainstMonteCarlo) {
   const Pose2 robot = Pose2::from_vector(kRobot);
   Eigen::Vector4d wall;
   wall << robot * seen.start_m, robot * seen.end_m;
-  CompressedState state(kRobot, Eigen::Vector3d(4e-4, 4e-4, 1e-4).asDiagonal());
+  EkfState state(kRobot, Eigen::Vector3d(4e-4, 4e-4, 1e-4).asDiagonal());
   const Eigen::Matrix4d prior = Eigen::Vector4d(1e-4, 2e-4, 3e-4, 4e-4).asDiagonal();
   const int block = state.append(wall, wall, Eigen::Matrix<double, 4, 3>::Zero(), prior);
   const SparseRows rows = wall_rows(seen, {kRobot, kRobot, wall, wall, block}, {true, true});

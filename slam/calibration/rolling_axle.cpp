@@ -1,7 +1,8 @@
 #include "slam/calibration/rolling_axle.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
+
+#include "common/linear_algebra.hpp"
 
 namespace marco::slam {
 
@@ -22,9 +23,9 @@ OdometryCalibration axle_of(const std::vector<LaserMotion>& motions, const Odome
   const Eigen::Vector2d coupling = form.topRightCorner<2, 1>();
   Eigen::Matrix2d sliding = form.topLeftCorner<2, 2>();
   if (turns) sliding -= coupling * coupling.transpose() / form(2, 2);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(sliding);
-  if (eigen.eigenvalues().x() > kSlides * kSlides * way2) return axle;
-  Eigen::Vector2d across = eigen.eigenvectors().col(0);
+  const auto [values, vectors] = eigenpairs_of(sliding);
+  if (values.x() > kSlides * kSlides * way2) return axle;
+  Eigen::Vector2d across = vectors.col(0);
   if (across.y() < 0.0) across = -across;
   axle.axle_yaw_deg = rad_to_deg(std::atan2(-across.x(), across.y()));
   if (turns && across.y() > 0.1) {

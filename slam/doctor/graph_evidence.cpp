@@ -1,11 +1,11 @@
 #include "slam/doctor/graph_evidence.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <optional>
 
+#include "common/covariance.hpp"
+#include "common/linear_algebra.hpp"
 #include "common/rigid_fit.hpp"
 #include "slam/back_end/graph/edge_judgement.hpp"
 #include "slam/back_end/graph/map_spread.hpp"
@@ -41,18 +41,16 @@ Eigen::Vector3d error_without(const EdgeJudgement& judgement,
                               const Eigen::Matrix3d& information,
                               const Eigen::Vector3d& error) {
   constexpr double kAlone = 1e-6;  // of an eigenvalue that is 1 where the edge alone knows it
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> known(judgement.covariance);
-  const Eigen::Matrix3d root =
-      known.eigenvectors() * known.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> leverage(root.transpose() * information *
-                                                                root);
-  Eigen::Vector3d along =
-      leverage.eigenvectors().transpose() * root.transpose() * information * error;
+  const auto [squares, axes] = eigenpairs_of(judgement.covariance);
+  const Eigen::Matrix3d root = axes * squares.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const auto [leverage, vectors] =
+      eigenpairs_of(Eigen::Matrix3d(root.transpose() * information * root));
+  Eigen::Vector3d along = vectors.transpose() * root.transpose() * information * error;
   for (int i = 0; i < 3; ++i) {
-    const double left = 1.0 - leverage.eigenvalues()[i];
+    const double left = 1.0 - leverage[i];
     along[i] = left > kAlone ? along[i] / left : 0.0;
   }
-  return error + root * (leverage.eigenvectors() * along);
+  return error + root * (vectors * along);
 }
 
 // What edges say of each other is read at the graph's own optimum: the map's poses were moved by
@@ -197,10 +195,7 @@ void add_weak_joint(const MapEvidence& map,
   for (const JudgedEdge& edge : edges) {
     if (edge.loop != nullptr) continue;
     const Eigen::Matrix3d& covariance = edge.judgement.covariance;
-    const double sigma_m = std::sqrt(std::max(
-        0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance.topLeftCorner<2, 2>())
-                 .eigenvalues()
-                 .maxCoeff()));
+    const double sigma_m = position_sigma_m(covariance);
     const double sigma_deg = rad_to_deg(std::sqrt(std::max(0.0, covariance(2, 2))));
     const double part = std::max(sigma_m / most_m, sigma_deg / kWeakDeg);
     if (part > 1.0 && is_confirmed_by_odometry(map, *edge.edge, figures)) continue;

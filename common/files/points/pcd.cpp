@@ -3,8 +3,8 @@
 #include "common/files/points/pcd_header.hpp"
 #include "common/files/points/point_collector.hpp"
 #include "common/files/points/point_formats.hpp"
-#include "common/files/points/text_rows.hpp"
 #include "common/files/points/text_writer.hpp"
+#include "common/files/text_fields.hpp"
 #include "lcm_tools/base/check.hpp"
 
 namespace marco::files {

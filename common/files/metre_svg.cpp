@@ -1,7 +1,6 @@
 #include "common/files/metre_svg.hpp"
 
 #include <array>
-#include <cmath>
 #include <cstdio>
 
 namespace marco::files {

@@ -1,7 +1,6 @@
 #include "slam/doctor/contradiction_reasons.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 
 #include "slam/doctor/doctor_gates.hpp"

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <set>
 #include <utility>
 #include <vector>
 
+#include "lcm_tools/base/format.hpp"
 #include "slam/back_end/graph/edge_judgement.hpp"
 #include "slam/doctor/contradiction_reasons.hpp"
 #include "slam/doctor/doctor_gates.hpp"
@@ -69,13 +69,11 @@ Reason reason_of(const OdometryBreak& parted, bool odometry_is_believed) {
   reason.from = std::min(parted.from, parted.to);
   reason.to = std::max(parted.from, parted.to);
   reason.place_m = parted.world_from_end.translation_m();
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "the map moves %.2f m and turns %.1f deg while odometry moves %.2f m and turns "
-                "%.1f deg",
-                parted.map.translation_m().norm(), rad_to_deg(parted.map.theta_rad),
-                parted.odometry.translation_m().norm(), rad_to_deg(parted.odometry.theta_rad));
-  reason.why = text;
+  reason.why = format(
+      "the map moves %.2f m and turns %.1f deg while odometry moves %.2f m and turns "
+      "%.1f deg",
+      parted.map.translation_m().norm(), rad_to_deg(parted.map.theta_rad),
+      parted.odometry.translation_m().norm(), rad_to_deg(parted.odometry.theta_rad));
   if (odometry_is_believed && std::abs(parted.longer_m) > kSurelyWrongM)
     reason.verdict = Verdict::wrong;
   const MapEdit bridge{MapEdit::Kind::drop_scans, reason.from, reason.to, {}};
@@ -138,9 +136,7 @@ Reason reason_of_scans(const MapEvidence& map, Verdict verdict, double part, con
     }
     reason.to = recorded.path.back().utime;
   }
-  char text[100];
-  std::snprintf(text, sizeof text, "%.0f %% of the scans %s", 100.0 * part, what);
-  reason.why = text;
+  reason.why = format("%.0f %% of the scans %s", 100.0 * part, what);
   return reason;
 }
 

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "common/covariance.hpp"
 #include "common/linear_algebra.hpp"
 #include "common/rigid_fit.hpp"
+#include "lcm_tools/base/format.hpp"
 #include "slam/back_end/graph/edge_judgement.hpp"
 #include "slam/back_end/graph/map_spread.hpp"
 #include "slam/doctor/doctor_gates.hpp"
@@ -107,13 +107,6 @@ MapEdit edit_of(const MapEvidence& map, const PoseGraphEdge& edge, MapEdit::Kind
   return {kind, to, from, edge.from_from_to.inverse()};
 }
 
-template <class... Values>
-std::string sentence(const char* format, Values... values) {
-  char text[200];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
 // Rooms that look alike give loops that are rightly refused: there the map fits as well.
 bool fits_better(const std::vector<Keyframe>& keys, const Loop& loop) {
   // Times the points that agree as it is; and few that contradict, as people and doors do.
@@ -140,8 +133,8 @@ void add_refused_loops(const MapEvidence& map,
   }
   if (figures.refused_loops < kFewestRefused) return;
   Reason reason = reason_at(map, *worst->edge, Reason::Cause::refused_loops);
-  reason.why = sentence("%d loops that would move the map by up to %.2f m were rejected",
-                        figures.refused_loops, figures.refused_loop_m);
+  reason.why = format("%d loops that would move the map by up to %.2f m were rejected",
+                      figures.refused_loops, figures.refused_loop_m);
   reason.remedies = {edit_of(map, *worst->edge, MapEdit::Kind::add_loop)};
   diagnosis.reasons.push_back(std::move(reason));
 }
@@ -162,8 +155,8 @@ void add_surprising_loop(const MapEvidence& map,
   if (diagnosis.figures.loop_surprise < kSurprise) return;
   Reason reason = reason_at(map, *worst->edge, Reason::Cause::surprising_loop);
   reason.why =
-      sentence("a loop in force deviates from all the rest by %.2f m and %.1f standard deviations",
-               worst->if_alone.head<2>().norm(), std::sqrt(diagnosis.figures.loop_surprise));
+      format("a loop in force deviates from all the rest by %.2f m and %.1f standard deviations",
+             worst->if_alone.head<2>().norm(), std::sqrt(diagnosis.figures.loop_surprise));
   reason.remedies = {edit_of(map, *worst->edge, MapEdit::Kind::forbid_loop)};
   diagnosis.reasons.push_back(std::move(reason));
 }
@@ -208,7 +201,7 @@ void add_weak_joint(const MapEvidence& map,
   if (worst == nullptr) return;
   Reason reason = reason_at(map, *worst->edge, Reason::Cause::weak_joint);
   if (figures.joint_m > kSurelyWrongM) reason.verdict = Verdict::wrong;
-  reason.why = sentence(
+  reason.why = format(
       "the parts before and after are joined by a step with a standard deviation of %.2f m and "
       "%.1f deg%s",
       figures.joint_m, figures.joint_deg,
@@ -239,7 +232,7 @@ void add_disagreement(const MapEvidence& map,
   reason.from = map.keys.front().utime;
   reason.to = map.keys.back().utime;
   reason.place_m = map.keys.front().world_from_robot.translation_m();
-  reason.why = sentence(
+  reason.why = format(
       "matching the scans with each other gives a map up to %.2f m off the one from steps and "
       "loops",
       off_m);
@@ -260,9 +253,8 @@ void add_spread(const MapEvidence& map, double spread_m, Diagnosis& diagnosis) {
   reason.place_m = map.keys.front().world_from_robot.translation_m();
   reason.why =
       std::isfinite(spread_m)
-          ? sentence(
-                "steps and loops determine the relative pose of the map's parts only to %.2f m",
-                spread_m)
+          ? format("steps and loops determine the relative pose of the map's parts only to %.2f m",
+                   spread_m)
           : "the parts of the map are not connected";
   diagnosis.reasons.push_back(std::move(reason));
 }

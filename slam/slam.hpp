@@ -75,6 +75,9 @@ struct SlamInput {
   bool may_draw = true;  ///< false: gets a pose, but never becomes part of the map
 };
 
+/// Deskews a scan by the robot's velocity during it, and projects it into the robot's frame.
+SlamInput slam_input(const SynchronizedScan& scan, const ScanVelocity& velocity);
+
 struct SlamUpdate {
   using Status = PoseEstimate::Status;
 

@@ -3,11 +3,26 @@
 #include <cmath>
 
 #include "common/covariance.hpp"
+#include "common/input/beam_times.hpp"
+#include "common/input/deskew.hpp"
 #include "slam/front_end/straightening.hpp"
 
 // How a scan is matched: as it was deskewed, bent otherwise, where odometry says, and at the
 // constant-velocity prediction.
 namespace marco::slam {
+
+SlamInput slam_input(const SynchronizedScan& scan, const ScanVelocity& velocity) {
+  SlamInput input;
+  input.scan = deskew_and_project(scan.scan, scan.info, scan.robot_from_sensor, velocity.velocity);
+  input.deskewed_by_odometry = velocity.by_odometry;
+  input.motion = scan.motion;
+  input.level = scan.level;
+  for (const BeamOrder order : scan.beam_order.rivals) {
+    input.rival_times_s.push_back(
+        reordered_times_s(scan.scan, scan.motion.scan_period_s, *scan.beam_order.order, order));
+  }
+  return input;
+}
 
 MatchedScan Slam::matched_as_is(DeskewedScan scan,
                                 const PosePrior& prior,

@@ -282,9 +282,10 @@ function(marco_lcm_sources)
   marco_library(lcm_sources SOURCES ${out} DEPENDS marco::lcm_schema)
 endfunction()
 
-# CONFIG: the template of NAME-config.cmake. ROOMS: the folders whose headers are installed.
+# CONFIG: the template of NAME-config.cmake. ROOMS: the folders whose headers are installed. EXCEPT: sub-folders that are not.
 function(marco_install_package name)
-  cmake_parse_arguments(arg "" "CONFIG" "ROOMS" ${ARGN})
+  cmake_parse_arguments(arg "" "CONFIG" "ROOMS;EXCEPT" ${ARGN})
+  list(TRANSFORM arg_EXCEPT REPLACE "(.+)" "PATTERN;\\1;EXCLUDE")
   set(folder ${CMAKE_INSTALL_LIBDIR}/cmake/${name})
   get_property(libraries GLOBAL PROPERTY MARCO_LIBRARIES)
   add_custom_target(libraries)
@@ -293,12 +294,12 @@ function(marco_install_package name)
   install(EXPORT ${name} NAMESPACE marco:: FILE ${name}-targets.cmake DESTINATION ${folder} COMPONENT ${MARCO_LIBRARY_COMPONENT})
   foreach(room ${arg_ROOMS})
     install(
-      DIRECTORY ${MARCO_INCLUDE_ROOT}/${room}
-      DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/marco-robot
+      DIRECTORY ${MARCO_INCLUDE_ROOT}/${room}/
+      DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/marco-robot/${room}
       COMPONENT ${MARCO_LIBRARY_COMPONENT}
       FILES_MATCHING
       PATTERN "*.hpp"
-      PATTERN tests EXCLUDE)
+      PATTERN tests EXCLUDE ${arg_EXCEPT})
   endforeach()
   configure_package_config_file(${arg_CONFIG} ${PROJECT_BINARY_DIR}/${name}-config.cmake INSTALL_DESTINATION ${folder})
   write_basic_package_version_file(${PROJECT_BINARY_DIR}/${name}-config-version.cmake COMPATIBILITY SameMinorVersion)

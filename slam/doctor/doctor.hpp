@@ -24,6 +24,13 @@ struct MapEvidence {
   int scans = 0;          ///< level ones that got a pose and could be matched; 0 of a line SLAM
   int matched_scans = 0;  ///< of them, those that were laid on the map
   int blind_scans = 0;    ///< level ones that got a pose and saw too little to be matched
+
+  /// Counts a scan of the scan SLAM. @param hits  its returns, @param min_points  fewer are too few
+  void count(int hits, bool is_level, bool is_matched, int min_points) {
+    if (!is_level) return;
+    ++(hits < min_points ? blind_scans : scans);
+    matched_scans += is_matched ? 1 : 0;
+  }
 };
 
 /// Finds out whether a map is to be believed, without truth: by what its own scans, loops and

@@ -33,11 +33,7 @@ LineSlamAdapter::LineSlamAdapter(const LineProcessOptions& options,
 MappedScan LineSlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
   const Utime utime = last_scan_.emplace(scan.motion.utime);
   const ScanVelocity velocity = mapper_.velocity_during(scan.odometry_step, scan.duration_s);
-  SlamInput input;
-  input.scan = deskew_and_project(scan.scan, scan.info, scan.robot_from_sensor, velocity.velocity);
-  input.deskewed_by_odometry = velocity.by_odometry;
-  input.motion = scan.motion;
-  input.level = scan.level;
+  SlamInput input = slam_input(scan, velocity);
   input.may_draw = may_draw;
   ScanInRobot beams;
   if (scan.level) {

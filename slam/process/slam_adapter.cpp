@@ -76,20 +76,13 @@ bool SlamAdapter::exchange_loop_work(Utime utime) {
 
 MappedScan SlamAdapter::map_scan(const SynchronizedScan& scan, bool may_draw) {
   const Utime utime = scan.scan.utime;
-  SlamInput input;
   const bool distrusted = is_covered(edits_, MapEdit::Kind::distrust_odometry, utime);
   const auto odometry_step = distrusted ? std::nullopt : scan.odometry_step;
   const ScanVelocity velocity = session_.velocity_during(odometry_step, scan.duration_s);
-  input.scan = deskew_and_project(scan.scan, scan.info, scan.robot_from_sensor, velocity.velocity);
-  input.deskewed_by_odometry = velocity.by_odometry;
-  input.motion = scan.motion;
+  SlamInput input = slam_input(scan, velocity);
   if (distrusted) input.motion.odom_from_robot.reset();
-  input.level = scan_is_level_ = scan.level;
   input.may_draw = may_draw;
-  for (const BeamOrder order : scan.beam_order.rivals) {
-    input.rival_times_s.push_back(
-        reordered_times_s(scan.scan, scan.motion.scan_period_s, *scan.beam_order.order, order));
-  }
+  scan_is_level_ = scan.level;
   note_doubtful(scan, may_draw);
   give_up_resuming();
   const bool loop_closed = exchange_loop_work(utime);

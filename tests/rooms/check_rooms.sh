@@ -21,6 +21,8 @@ rooms=(slam mapping3d viewer)
 programs='drivers/|simulator/|teleop/|tools/|web/|lcm_tools/(log|procman|schema|spy)/'
 refuse 'an algorithm includes LCM, logging or a message' 'lcm/|lcmtypes/|marco/|bot_core/|spdlog/|toml' "${rooms[@]}" common
 refuse 'slam includes another room' "mapping3d/|viewer/|recordings/|$programs" slam
+found=$(grep -rnE '#include [<"][a-z_0-9]+/' core | grep -vE '"(core|common|slam)/')
+[ -z "$found" ] || { echo "core includes more than its rooms:"; echo "$found"; failed=1; }
 refuse 'mapping3d includes another room' "slam/|viewer/|recordings/|$programs" mapping3d
 refuse 'viewer includes another room' "slam/|mapping3d/|recordings/|$programs" viewer
 refuse 'common includes a room' "slam/|mapping3d/|viewer/|recordings/|$programs" common

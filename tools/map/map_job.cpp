@@ -198,10 +198,7 @@ std::optional<slam::MapEvidence> MapJob::evidence() const {
     evidence.edges = session()->slam().edges();
     // The line SLAM matches walls, and rightly none in many a scan.
     for (const slam::UsedScan& scan : scans()) {
-      const bool is_blind = scan.hits < slam_options_.gates.min_points;
-      evidence.blind_scans += scan.level && is_blind ? 1 : 0;
-      evidence.scans += scan.level && !is_blind ? 1 : 0;
-      evidence.matched_scans += scan.level && scan.matched ? 1 : 0;
+      evidence.count(scan.hits, scan.level, scan.matched, slam_options_.gates.min_points);
     }
   }
   const std::vector<std::optional<Pose2>> known = poses();

@@ -29,11 +29,11 @@ PROGRAM = "marco-map-many"
 HELP = """\
 Maps many recordings, each once: marco map --many DIR|LIST... --out OUT [--jobs N] [-- OPTIONS OF marco map]
 
-DIR: every recording in it and in its folders; LIST: a text file with a recording a line. The parts of a split ROS recording
+DIR: every recording in it and in its folders; LIST: a text file with one recording per line. The parts of a split ROS recording
 (NAME_0.bag, NAME_1.bag, ...) are one. OUT/NAME gets the results of each, as `marco map` writes them; OUT/index.html and
-OUT/table.csv tell of all: log, format, scans, length, loops, verdict, CPU, picture. The same command continues where it was
-interrupted or killed, and does nothing twice. A recording that cannot be mapped is in the table with the reason; delete
-OUT/jobs/NAME.json to have it tried again. Exit code: 0 all were mapped, 1 some could not be.
+OUT/table.csv list all: log, format, scans, length, loops, verdict, CPU, picture. After an interruption the same command
+continues, and repeats nothing. A recording that cannot be mapped is in the table with the reason; delete
+OUT/jobs/NAME.json to retry it. Exit code: 0 all were mapped, 1 some could not be.
 """
 OPTIONS = """\
 Usage: marco-map-many [OPTIONS] [INPUT...]
@@ -45,9 +45,9 @@ Options:
   -h,--help                   Print this help message and exit
   --out TEXT=out              folder for all results
   --jobs INT:INT in [1 - 10000]
-                              maps at a time (as many as there are processors)
+                              maps at a time (default: the number of processors)
   --slurm                     submit them to Slurm as an array job, and return
-  --table                     only write the table of what is there
+  --table                     only write the table of existing results
   --task UINT                 only map the Nth of OUT/jobs/list.tsv
   --version                   print the version and exit
 
@@ -338,7 +338,7 @@ def submitted(*arguments):
         said = subprocess.run(["sbatch", "--parsable", *arguments], stdout=subprocess.PIPE, check=True, text=True).stdout
         return re.match("[0-9]+", said)[0]
     except (OSError, subprocess.CalledProcessError, TypeError):
-        raise Failure("sbatch did not take the job (apt-get install slurm-client)") from None
+        raise Failure("sbatch did not accept the job (apt-get install slurm-client)") from None
 
 
 def write_script(path, options, task):
@@ -357,7 +357,7 @@ def submit(store, entries, jobs, command):
                                 "--output=slurm_%a.log"], f'{program} --task "$SLURM_ARRAY_TASK_ID"{words}')
     write_script(table_script, ["--job-name=marco-table", "--output=slurm_table.log"],
                  f"{program} --table --out {quoted(store.out)}")
-    where, after, said = f"--chdir={store.jobs}", [], "nothing is left to do; "
+    where, after, said = f"--chdir={store.jobs}", [], "nothing left to do; "
     if numbers:
         number = submitted(where, f"--array={array_of(numbers)}%{jobs}", array_script)
         after = [f"--dependency=afterany:{number}"]
@@ -383,7 +383,7 @@ img { max-width: 200px; max-height: 120px; }
 
 @dataclasses.dataclass
 class Row:
-    """What became of one recording."""
+    """The result of one recording."""
     name: str
     path: str
     format: str = ""
@@ -454,7 +454,7 @@ def write_table(store, entries):
     write_whole(store.out / "index.html", html_of(rows))
     counts = collections.Counter(row.verdict for row in rows)
     text = "".join(f", {count} {verdict}" for verdict, count in sorted(counts.items()))
-    print(printable(f"{len(rows)} recordings{text}; the table is in {store.out / 'index.html'}"), flush=True)
+    print(printable(f"{len(rows)} recordings{text}; the table is in {store.out / 'index.html'}"))
     return EXIT_FAILED if counts["failed"] or counts["not done"] else EXIT_DONE
 
 
@@ -549,11 +549,22 @@ def run(arguments):
     return write_table(store, entries)
 
 
+def finish_stdout():
+    try:
+        print(end="", flush=True)
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is left of it
+        raise Failure(f"standard output is not complete: {error.strerror}") from None
+
+
 def main():
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    for number in (signal.SIGINT, signal.SIGPIPE):
+        signal.signal(number, signal.SIG_DFL)
     try:
         arguments = parse(sys.argv[1:])
-        return run(arguments) if arguments else EXIT_DONE
+        code = run(arguments) if arguments else EXIT_DONE
+        finish_stdout()
+        return code
     except (Failure, OSError, ValueError, subprocess.CalledProcessError) as failure:
         if not INTERRUPTS.number:
             say(f"{PROGRAM}: {failure}")

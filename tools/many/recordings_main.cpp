@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 constexpr const char* kHelp =
     R"(Prints the recordings that INPUTs are or hold, one a line: the paths of its parts, tabs between them.
 
-INPUT: a recording; a folder, also with folders in it; or a text file with a recording a line (paths relative to that file,
+INPUT: a recording; a folder, also with folders in it; or a text file with one recording per line (paths relative to that file,
 # begins a comment).)";
 
 std::vector<fs::path> listed(const fs::path& list) {
@@ -36,7 +36,7 @@ std::vector<RecordingParts> find_recordings(const std::vector<std::string>& inpu
   std::vector<fs::path> named;
   std::vector<RecordingParts> found;
   for (const fs::path input : inputs) {
-    require(fs::exists(input), input.string() + ": is not there");
+    require(fs::exists(input), input.string() + ": is missing");
     const std::size_t before = named.size() + found.size();
     if (fs::is_directory(input)) {
       std::vector<RecordingParts> inside = recordings_in(fs::canonical(input));
@@ -48,7 +48,7 @@ std::vector<RecordingParts> find_recordings(const std::vector<std::string>& inpu
       std::move(lines.begin(), lines.end(), std::back_inserter(named));
     }
     require(named.size() + found.size() > before,
-            input.string() + ": no recording in it, nor a list of some");
+            input.string() + ": contains neither a recording nor a list of recordings");
   }
   for (RecordingParts& parts : recordings_of(named)) found.push_back(std::move(parts));
   return found;

@@ -61,9 +61,9 @@ class Recordings(InAFolder):
         self.write("list.txt", "gone.log\n")
         with self.assertRaisesRegex(many.Failure, "^[^:]*list.txt: there is no .*gone.log$"):
             many.find_recordings([lines])
-        with self.assertRaisesRegex(many.Failure, "^[^:]*none: is not there$"):
+        with self.assertRaisesRegex(many.Failure, "^[^:]*none: is missing$"):
             many.find_recordings([self.folder / "none"])
-        with self.assertRaisesRegex(many.Failure, "^[^:]*empty.txt: no recording in it, nor a list of some$"):
+        with self.assertRaisesRegex(many.Failure, "^[^:]*empty.txt: contains neither a recording nor a list of recordings$"):
             many.find_recordings([self.write("empty.txt", "# none\n")])
 
     def test_of_several_parts_are_one_line(self):

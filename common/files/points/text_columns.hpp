@@ -4,8 +4,8 @@
 
 #include "common/files/point_columns.hpp"
 #include "common/files/points/point_collector.hpp"
-#include "common/files/points/text_rows.hpp"
 #include "common/files/scalar_types.hpp"
+#include "common/files/text_fields.hpp"
 
 namespace marco::files {
 

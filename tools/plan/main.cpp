@@ -146,7 +146,7 @@ int run(const Arguments& arguments) {
   print_table(plan);
   if (!pdf.missing.empty()) {
     print(stderr,
-          "plan.pdf: no installed font has these letters, boxes stand for them: %s (Debian's "
+          "plan.pdf: no installed font has these letters: %s (Debian's "
           "fonts-noto-core and fonts-noto-cjk have nearly all)\n",
           pdf.missing.c_str());
   }

@@ -64,7 +64,8 @@ struct SheetPdf {
 };
 
 /// The sheet as a PDF document of one page: vectors, and text in the installed fonts, embedded. A
-/// missing letter is drawn as a box with its code. The same bytes for the same sheet and fonts.
+/// missing letter is drawn as a box with its code; without any font there is no text. The same
+/// bytes for the same sheet and fonts.
 /// @throws std::runtime_error where cairo fails.
 SheetPdf sheet_pdf(const Sheet& sheet);
 

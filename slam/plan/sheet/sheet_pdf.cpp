@@ -96,7 +96,10 @@ void draw(cairo_t* page, const Sheet::Text& text, std::set<gunichar>& missing) {
                        : text.anchor == Sheet::Anchor::end ? 1.0
                                                            : 0.5;
   cairo_move_to(page, -share * pango_units_to_double(box.width), 0);
-  pango_cairo_show_layout_line(page, line);
+  cairo_set_dash(page, nullptr, 0, 0);  // of boxes
+  const Owned<PangoFont, g_object_unref> font(pango_context_load_font(
+      pango_layout_get_context(layout.get()), pango_layout_get_font_description(layout.get())));
+  if (font) pango_cairo_show_layout_line(page, line);  // without any, boxes cover the sheet
   add_missing(missing, *line);
   cairo_restore(page);
 }

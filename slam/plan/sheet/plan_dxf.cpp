@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <string_view>
 
 #include "lcm_tools/base/format.hpp"
@@ -14,8 +13,6 @@ namespace {
 
 using Vector = Eigen::Vector2d;
 
-double to_deg(double rad) { return rad * 180 / std::numbers::pi; }
-
 std::string line(const char* layer, const Vector& from, const Vector& to) {
   return format("0\nLINE\n8\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n11\n%.6f\n21\n%.6f\n31\n0.0\n", layer,
                 from.x(), from.y(), to.x(), to.y());
@@ -26,7 +23,7 @@ std::string arc(const char* layer, const RoomEdge& edge) {
   const BulgeArc found = bulge_arc(edge.from, edge.to, edge.bulge);
   const double a = found.from_rad, b = found.from_rad + found.turn_rad;
   const auto degrees = [](double rad) {
-    const double turned = std::fmod(to_deg(rad), 360.0);
+    const double turned = std::fmod(rad_to_deg(rad), 360.0);
     return turned < 0 ? turned + 360.0 : turned;
   };
   return format("0\nARC\n8\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n40\n%.6f\n50\n%.6f\n51\n%.6f\n", layer,
@@ -59,7 +56,7 @@ std::string text(const char* layer,
   return format("0\nTEXT\n8\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n40\n%.3f\n1\n", layer, at.x(), at.y(),
                 height_m) +
          in_ascii(what) +
-         format("\n50\n%.6f\n72\n1\n11\n%.6f\n21\n%.6f\n31\n0.0\n", to_deg(angle_rad), at.x(),
+         format("\n50\n%.6f\n72\n1\n11\n%.6f\n21\n%.6f\n31\n0.0\n", rad_to_deg(angle_rad), at.x(),
                 at.y());
 }
 
@@ -120,7 +117,7 @@ std::string dimension_entity(const Dimension& dimension, const std::string& name
   };
   return "0\nDIMENSION\n8\nDIMENSIONS\n2\n" + name + "\n" + point(10, on_line) + point(11, middle) +
          "70\n0\n1\n\n3\nSTANDARD\n" + point(13, dimension.from) + point(14, dimension.to) +
-         format("50\n%.6f\n", to_deg(std::atan2(way.y(), way.x())));
+         format("50\n%.6f\n", rad_to_deg(std::atan2(way.y(), way.x())));
 }
 
 std::string layer(const char* name, int colour, const char* pattern) {
@@ -185,7 +182,7 @@ std::string insert(const PlanOpening& opening) {
       "0\nINSERT\n8\nDOORS\n2\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n41\n%.6f\n42\n%.6f\n43\n1.0\n50\n%."
       "6f\n",
       opening.has_leaf ? "DOOR" : "OPENING", origin.x(), origin.y(), opening.width_m(),
-      flip * opening.width_m(), to_deg(std::atan2(way.y(), way.x())));
+      flip * opening.width_m(), rad_to_deg(std::atan2(way.y(), way.x())));
 }
 
 }  // namespace

@@ -88,12 +88,11 @@ class Drawing {
 
   void openings() {
     for (const PlanOpening& opening : plan_.openings) {
-      const Sheet::Style thin{0.13, 0.3, -1, {}};
+      const Sheet::Style thin{0.13, 0.5, -1, {0.8, 0.8}};
       const Vector back = opening.right() * opening.depth_m;
-      sheet_.line(on_paper(opening.from), on_paper(opening.to), {0.13, 0.5, -1, {0.8, 0.8}});
+      sheet_.line(on_paper(opening.from), on_paper(opening.to), thin);
       if (opening.depth_m > 0.03) {
-        sheet_.line(on_paper(opening.from + back), on_paper(opening.to + back),
-                    {0.13, 0.5, -1, {0.8, 0.8}});
+        sheet_.line(on_paper(opening.from + back), on_paper(opening.to + back), thin);
       }
       if (opening.has_leaf) leaf(opening);
       const Vector middle = (opening.from + opening.to) / 2 + back / 2;

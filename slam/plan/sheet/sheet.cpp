@@ -1,5 +1,6 @@
 #include "slam/plan/sheet/sheet.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -10,24 +11,13 @@ namespace marco::slam {
 namespace {
 
 std::string escaped_xml(const std::string& text) {
+  constexpr std::pair<char, const char*> kEntities[] = {
+      {'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}};
   std::string out;
   for (const char letter : text) {
-    switch (letter) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += letter;
-    }
+    const auto* entity = std::find_if(std::begin(kEntities), std::end(kEntities),
+                                      [&](const auto& one) { return one.first == letter; });
+    out += entity == std::end(kEntities) ? std::string(1, letter) : entity->second;
   }
   return out;
 }

@@ -146,8 +146,7 @@ TEST(OddRecordings, WithoutAStampTheTimeOfReceiptCountsByTheLasersClock) {
   }
   const Recorded recorded = robot.recorded();
   EXPECT_NEAR(recorded.odometry.at(3).utime.seconds(), 1.3, 1e-6);
-  EXPECT_THAT(recorded.report.notes,
-              Contains(HasSubstr("/odom: 10 of 10 messages are not stamped")));
+  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("/odom: 10 of 10 messages have no stamp")));
 }
 
 }  // namespace

@@ -87,7 +87,7 @@ recordings, drivers, LCM messages."
   DEPENDS "libeigen3-dev, libjpeg-dev, liblcm-dev, libglib2.0-dev, libmeshoptimizer-dev, libpng-dev, libspdlog-dev,\
  libtomlplusplus-dev, nlohmann-json3-dev, zlib1g-dev, libbz2-dev, liblz4-dev, libsqlite3-dev, libzstd-dev"
   RECOMMENDS "libembree-dev, libgl2ps-dev, libncurses-dev, libopencv-core-dev, libopencv-imgcodecs-dev, libopencv-imgproc-dev,\
- libopencv-videoio-dev, libosmesa6-dev, libegl-dev, cmake, pkg-config")
+ libopencv-videoio-dev, libosmesa6-dev, libpango1.0-dev, libegl-dev, cmake, pkg-config")
 marco_package(marco-robot-doc ALL SUMMARY "manual and examples of marco-robot"
   TEXT "Tutorial, commands, settings, messages and figures in Markdown, a recording,
 and programs that use the libraries."

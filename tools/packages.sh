@@ -4,7 +4,7 @@
 declare -A packages_for=(
   [core]="g++ cmake ninja-build pkg-config liblcm-dev liblcm-bin libglib2.0-dev libeigen3-dev libspdlog-dev
     libtomlplusplus-dev libcli11-dev nlohmann-json3-dev zlib1g-dev libpng-dev libjpeg-dev libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
-    libopencv-videoio-dev libmeshoptimizer-dev libncurses-dev libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev"
+    libopencv-videoio-dev libmeshoptimizer-dev libncurses-dev libpango1.0-dev libbz2-dev liblz4-dev libzstd-dev libsqlite3-dev"
   [viewer]="libosmesa6-dev|libegl-dev libosmesa6|libgl1-mesa-dri libgl-dev libgl2ps-dev"
   [simulator]="libembree-dev"
   [network]="iproute2 procps"
@@ -13,7 +13,7 @@ declare -A packages_for=(
   [replay]="liblcm-bin"
   [many]="python3"
   [python]="python3-dev pybind11-dev python3-numpy"
-  [test]="libgtest-dev libgmock-dev libassimp-dev libegl-dev libgl1-mesa-dri python3 python3-venv python3-pip python3-setuptools python3-wheel tmux ccache lld"
+  [test]="libgtest-dev libgmock-dev libassimp-dev libpoppler-cpp-dev libegl-dev libgl1-mesa-dri python3 python3-venv python3-pip python3-setuptools python3-wheel tmux ccache lld"
   [peers]="libmrpt-hwdrivers-dev pcl-tools python3-ezdxf python3-open3d python3-rosbag python3-rosmaster python3-rospy python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium"
   [npm]="nodejs npm"
   [bench]="libbenchmark-dev python3"

@@ -91,7 +91,7 @@ def main():
                 assert refused.returncode == 1 and "--unit" in refused.stderr, refused
                 command += ["--unit", "mm"]
             said = subprocess.run(command, check=True, text=True, capture_output=True).stdout
-            assert "A-WALL" in said and "passed over: A-DOOR" in said and "1 x on a hidden layer" in said, said
+            assert "A-WALL" in said and "ignored: A-DOOR" in said and "1 x on a hidden layer" in said, said
             walls, cells = spots(drawing), occupied(f"{work}/{release}")
             assert len(walls) > 2000 and len(cells) > 300, (len(walls), len(cells))
             extra, missing = farthest(cells, walls), farthest(walls, cells)

@@ -1,5 +1,5 @@
 """ezdxf on a plan that marco-plan wrote: nothing to mend, units, layers and blocks as documented, walls where plan.json has them,
-dimensions that say what ezdxf measures.
+dimensions that say what ezdxf measures, a room's name in any script.
 
 usage: plan_peer.py MARCO_MAP MARCO_PLAN LOG
 """
@@ -13,6 +13,7 @@ from ezdxf import recover
 
 LAYERS = {"WALLS", "WALLS_UNSEEN", "WINDOWS", "DOORS", "ROOMS", "DIMENSIONS", "COLUMNS", "FURNITURE"}
 METRES = 6
+NAME = "Łazienka Κουζίνα Кухня المطبخ 厨房"
 
 
 def extent(points):
@@ -35,9 +36,11 @@ def main():
     marco_map, marco_plan, log = sys.argv[1:]
     with tempfile.TemporaryDirectory() as out:
         subprocess.run([marco_map, log, "--out", out], check=True, stdout=subprocess.DEVNULL)
-        subprocess.run([marco_plan, out], check=True, stdout=subprocess.DEVNULL)
+        with open(f"{out}/names.txt", "w", encoding="utf-8") as file:
+            file.write(NAME + "\n")
+        subprocess.run([marco_plan, out, "--names", f"{out}/names.txt"], check=True, stdout=subprocess.DEVNULL)
         drawing = ezdxf.readfile(f"{out}/plan.dxf")
-        _, auditor = recover.readfile(f"{out}/plan.dxf")
+        recovered, auditor = recover.readfile(f"{out}/plan.dxf")
         with open(f"{out}/plan.json", encoding="utf-8") as file:
             plan = json.load(file)
     assert not auditor.errors and not auditor.fixes, [entry.message for entry in auditor.errors + auditor.fixes]
@@ -47,6 +50,8 @@ def main():
     assert {"DOOR", "OPENING"} <= {block.name for block in drawing.blocks}
     walls = [line for line in drawing.modelspace().query('LINE[layer=="WALLS" | layer=="WALLS_UNSEEN"]')]
     assert walls, "no walls"
+    names = [text.dxf.text for text in recovered.modelspace().query('TEXT[layer=="ROOMS"]')]
+    assert NAME in names, names
     dimensions = list(drawing.modelspace().query("DIMENSION"))
     rooms = [feature for feature in plan["features"] if feature["properties"].get("kind") == "room"]
     assert len(dimensions) >= 2 * len(rooms) + 2, len(dimensions)

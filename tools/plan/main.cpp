@@ -4,6 +4,7 @@
 #include <string>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/progress.hpp"
@@ -27,16 +28,16 @@ struct Arguments {
   std::vector<double> start;  ///< x, y [m], heading [degrees]
 };
 
-// One name a line, in the order of the plan's rooms.
+// One name a line, in the order of the plan's rooms; perhaps with a byte order mark.
 void name_rooms(slam::FloorPlan& plan, const std::string& path) {
   const std::string text = files::read_whole_file(path);
-  std::size_t begin = 0;
+  std::size_t begin = text.starts_with("\xEF\xBB\xBF") ? 3 : 0;
   for (slam::PlanRoom& room : plan.rooms) {
     if (begin >= text.size()) return;
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     std::string name = text.substr(begin, end - begin);
     if (!name.empty() && name.back() == '\r') name.pop_back();
-    if (!name.empty()) room.name = name;
+    if (!name.empty()) room.name = printable(name);
     begin = end + 1;
   }
   require(begin >= text.size(), path + ": contains more names than the plan has rooms (" +
@@ -130,17 +131,25 @@ int run(const Arguments& arguments) {
   slam::FloorPlan plan = slam::make_plan(map.slam.keyframes.keys);
   if (!arguments.names.empty()) name_rooms(plan, arguments.names);
   slam::SheetWish wish = arguments.sheet;
-  const std::string name = std::filesystem::absolute(folder / ".").parent_path().filename();
-  if (wish.title.empty()) wish.title = "Floor plan: " + name;
+  const std::string name =
+      printable(std::filesystem::absolute(folder / ".").parent_path().filename().string());
+  wish.title = wish.title.empty() ? "Floor plan: " + name : printable(wish.title);
   wish.source = "Measured by laser; map folder " + name + ", " +
                 std::to_string(map.slam.keyframes.keys.size()) + " keyframes.";
   const slam::Sheet sheet = slam::draw_sheet(plan, wish);
-  files::write_whole_file(folder / "plan.pdf", slam::sheet_pdf(sheet));
+  const slam::SheetPdf pdf = slam::sheet_pdf(sheet);
+  files::write_whole_file(folder / "plan.pdf", pdf.bytes);
   files::write_whole_file(folder / "plan.svg", slam::sheet_svg(sheet));
   files::write_whole_file(folder / "plan.dxf", slam::plan_dxf(plan));
   files::write_whole_file(folder / "plan.json", slam::plan_json(plan));
   progress.reset();
   print_table(plan);
+  if (!pdf.missing.empty()) {
+    print(stderr,
+          "plan.pdf: no installed font has these letters: %s (Debian's "
+          "fonts-noto-core and fonts-noto-cjk have nearly all)\n",
+          pdf.missing.c_str());
+  }
   std::printf("plan.pdf, plan.svg, plan.dxf and plan.json are in %s\n", folder.c_str());
   return 0;
 }

@@ -2,16 +2,16 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
+#include <string_view>
 
 #include "lcm_tools/base/format.hpp"
+#include "lcm_tools/base/printable.hpp"
+#include "slam/plan/sheet/plan_sheet.hpp"
 
 namespace marco::slam {
 namespace {
 
 using Vector = Eigen::Vector2d;
-
-double to_deg(double rad) { return rad * 180 / std::numbers::pi; }
 
 std::string line(const char* layer, const Vector& from, const Vector& to) {
   return format("0\nLINE\n8\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n11\n%.6f\n21\n%.6f\n31\n0.0\n", layer,
@@ -23,12 +23,28 @@ std::string arc(const char* layer, const RoomEdge& edge) {
   const BulgeArc found = bulge_arc(edge.from, edge.to, edge.bulge);
   const double a = found.from_rad, b = found.from_rad + found.turn_rad;
   const auto degrees = [](double rad) {
-    const double turned = std::fmod(to_deg(rad), 360.0);
+    const double turned = std::fmod(rad_to_deg(rad), 360.0);
     return turned < 0 ? turned + 360.0 : turned;
   };
   return format("0\nARC\n8\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n40\n%.6f\n50\n%.6f\n51\n%.6f\n", layer,
                 found.centre.x(), found.centre.y(), found.radius, degrees(std::min(a, b)),
                 degrees(std::max(a, b)));
+}
+
+// R12 is ASCII: any other letter as its UTF-16 code.
+std::string in_ascii(std::string_view text) {
+  std::string plain;
+  while (!text.empty()) {
+    const char32_t code = take_character(text);
+    if (code < 0x80 && is_drawn(code)) {
+      plain += static_cast<char>(code);
+    } else if (code > 0xFFFF) {
+      plain += format("\\U+%04X\\U+%04X", 0xD7C0U + (code >> 10U), 0xDC00U + (code & 0x3FFU));
+    } else if (is_drawn(code)) {
+      plain += format("\\U+%04X", static_cast<unsigned>(code));
+    }
+  }
+  return plain;
 }
 
 // Centred at `at`.
@@ -37,19 +53,10 @@ std::string text(const char* layer,
                  double height_m,
                  const std::string& what,
                  double angle_rad = 0.0) {
-  std::string plain;
-  for (std::size_t i = 0; i < what.size(); ++i) {
-    const auto byte = static_cast<unsigned char>(what[i]);
-    if (byte >= 0x80 || byte < 0x20) {
-      if (byte >= 0xC0) plain += '?';
-    } else {
-      plain += what[i];
-    }
-  }
   return format("0\nTEXT\n8\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n40\n%.3f\n1\n", layer, at.x(), at.y(),
                 height_m) +
-         plain +
-         format("\n50\n%.6f\n72\n1\n11\n%.6f\n21\n%.6f\n31\n0.0\n", to_deg(angle_rad), at.x(),
+         in_ascii(what) +
+         format("\n50\n%.6f\n72\n1\n11\n%.6f\n21\n%.6f\n31\n0.0\n", rad_to_deg(angle_rad), at.x(),
                 at.y());
 }
 
@@ -62,14 +69,7 @@ struct Dimension {
 
 std::vector<Dimension> dimensions_of(const FloorPlan& plan) {
   std::vector<Dimension> all;
-  Vector low(1e9, 1e9), high(-1e9, -1e9);
   for (const PlanRoom& room : plan.rooms) {
-    for (const RoomEdge& edge : room.edges()) {
-      for (const Vector& at : bulge_points(edge.from, edge.to, edge.bulge)) {
-        low = low.cwiseMin(at);
-        high = high.cwiseMax(at);
-      }
-    }
     const Vector &at = room.label_at, &from = room.size_from, &size = room.size_m;
     if (size.x() > 0) {
       all.push_back({{from.x(), at.y()}, {from.x() + size.x(), at.y()}, -0.9, 0.15});
@@ -82,6 +82,7 @@ std::vector<Dimension> dimensions_of(const FloorPlan& plan) {
     all.push_back({opening.from, opening.to, 0.15, 0.12});
   }
   if (!plan.rooms.empty()) {
+    const Vector low = extent_of(plan).min(), high = extent_of(plan).max();
     all.push_back({{low.x(), high.y()}, high, 1.0, 0.25});
     all.push_back({low, {low.x(), high.y()}, 1.0, 0.25});
   }
@@ -116,7 +117,7 @@ std::string dimension_entity(const Dimension& dimension, const std::string& name
   };
   return "0\nDIMENSION\n8\nDIMENSIONS\n2\n" + name + "\n" + point(10, on_line) + point(11, middle) +
          "70\n0\n1\n\n3\nSTANDARD\n" + point(13, dimension.from) + point(14, dimension.to) +
-         format("50\n%.6f\n", to_deg(std::atan2(way.y(), way.x())));
+         format("50\n%.6f\n", rad_to_deg(std::atan2(way.y(), way.x())));
 }
 
 std::string layer(const char* name, int colour, const char* pattern) {
@@ -124,15 +125,7 @@ std::string layer(const char* name, int colour, const char* pattern) {
 }
 
 std::string head(const FloorPlan& plan, const std::vector<Dimension>& dimensions) {
-  Vector low(0, 0), high(1, 1);
-  for (const PlanRoom& room : plan.rooms) {
-    for (const RoomEdge& edge : room.edges()) {
-      for (const Vector& at : bulge_points(edge.from, edge.to, edge.bulge)) {
-        low = low.cwiseMin(at);
-        high = high.cwiseMax(at);
-      }
-    }
-  }
+  const Vector low = extent_of(plan).min().cwiseMin(0), high = extent_of(plan).max().cwiseMax(1);
   // Dimensions in metres with two decimals, with ticks.
   std::string out =
       "0\nSECTION\n2\nHEADER\n9\n$ACADVER\n1\nAC1009\n9\n$INSUNITS\n70\n6\n"
@@ -189,7 +182,7 @@ std::string insert(const PlanOpening& opening) {
       "0\nINSERT\n8\nDOORS\n2\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n41\n%.6f\n42\n%.6f\n43\n1.0\n50\n%."
       "6f\n",
       opening.has_leaf ? "DOOR" : "OPENING", origin.x(), origin.y(), opening.width_m(),
-      flip * opening.width_m(), to_deg(std::atan2(way.y(), way.x())));
+      flip * opening.width_m(), rad_to_deg(std::atan2(way.y(), way.x())));
 }
 
 }  // namespace

@@ -13,32 +13,13 @@ namespace {
 
 using Vector = Eigen::Vector2d;
 
-struct Extent {
-  Vector low = {1e9, 1e9}, high = {-1e9, -1e9};
-  void add(const Vector& at) {
-    low = low.cwiseMin(at);
-    high = high.cwiseMax(at);
-  }
-};
-
-Extent extent_of(const FloorPlan& plan) {
-  Extent extent;
-  for (const PlanRoom& room : plan.rooms) {
-    for (const RoomEdge& edge : room.edges()) {
-      for (const Vector& at : bulge_points(edge.from, edge.to, edge.bulge)) extent.add(at);
-    }
-  }
-  require(!plan.rooms.empty(), "the map contains no room: nothing to draw");
-  return extent;
-}
-
 class Drawing {
  public:
   Drawing(const FloorPlan& plan, const SheetWish& wish)
       : plan_(plan),
         wish_(wish),
         extent_(extent_of(plan)),
-        layout_(choose_layout(wish, extent_.high - extent_.low)) {
+        layout_(choose_layout(wish, extent_.sizes())) {
     sheet_.width_mm = layout_.width();
     sheet_.height_mm = layout_.height();
     sheet_.title = wish.title;
@@ -46,7 +27,7 @@ class Drawing {
     per_m_ = 1000.0 / layout_.scale;
     const Vector middle(layout_.width() / 2,
                         kMarginMm + kTitleMm + (layout_.height() - 2 * kMarginMm - kTitleMm) / 2);
-    origin_ = middle - (extent_.low + extent_.high) / 2 * per_m_;
+    origin_ = middle - extent_.center() * per_m_;
   }
 
   Sheet draw() {
@@ -107,12 +88,11 @@ class Drawing {
 
   void openings() {
     for (const PlanOpening& opening : plan_.openings) {
-      const Sheet::Style thin{0.13, 0.3, -1, {}};
+      const Sheet::Style thin{0.13, 0.5, -1, {0.8, 0.8}};
       const Vector back = opening.right() * opening.depth_m;
-      sheet_.line(on_paper(opening.from), on_paper(opening.to), {0.13, 0.5, -1, {0.8, 0.8}});
+      sheet_.line(on_paper(opening.from), on_paper(opening.to), thin);
       if (opening.depth_m > 0.03) {
-        sheet_.line(on_paper(opening.from + back), on_paper(opening.to + back),
-                    {0.13, 0.5, -1, {0.8, 0.8}});
+        sheet_.line(on_paper(opening.from + back), on_paper(opening.to + back), thin);
       }
       if (opening.has_leaf) leaf(opening);
       const Vector middle = (opening.from + opening.to) / 2 + back / 2;
@@ -121,9 +101,8 @@ class Drawing {
       if (angle > std::numbers::pi / 2 + 0.01 || angle <= -std::numbers::pi / 2 + 0.01)
         angle += std::numbers::pi;
       const Vector up(-std::sin(angle), std::cos(angle));
-      sheet_.texts.push_back({on_paper(middle) + up * (0.6 + std::abs(back.dot(up)) * per_m_ / 2),
-                              format("%.2f", opening.width_m()), 1.8, angle, Sheet::Anchor::middle,
-                              false});
+      centred(on_paper(middle) + up * (0.6 + std::abs(back.dot(up)) * per_m_ / 2),
+              format("%.2f", opening.width_m()), 1.8, angle);
     }
   }
 
@@ -143,14 +122,12 @@ class Drawing {
     for (const PlanRoom& room : plan_.rooms) {
       const Vector at = on_paper(room.label_at);
       const double height = std::clamp(room.size_m.x() * per_m_ / 14, 1.5, 3.0);
-      sheet_.texts.push_back(
-          {at + Vector(0, 0.9 * height), room.name, height, 0, Sheet::Anchor::middle, true});
-      sheet_.texts.push_back({at - Vector(0, 0.4 * height),
-                              format("%.2f \u00b1 %.2f m\u00b2", room.area_m2, room.area_sigma_m2),
-                              0.85 * height, 0, Sheet::Anchor::middle, false});
-      sheet_.texts.push_back({at - Vector(0, 1.6 * height),
-                              format("%.2f \u00d7 %.2f m", room.size_m.x(), room.size_m.y()),
-                              0.75 * height, 0, Sheet::Anchor::middle, false});
+      centred(at + Vector(0, 0.9 * height), room.name, height);
+      sheet_.texts.back().bold = true;
+      centred(at - Vector(0, 0.4 * height),
+              format("%.2f \u00b1 %.2f m\u00b2", room.area_m2, room.area_sigma_m2), 0.85 * height);
+      centred(at - Vector(0, 1.6 * height),
+              format("%.2f \u00d7 %.2f m", room.size_m.x(), room.size_m.y()), 0.75 * height);
     }
   }
 
@@ -164,18 +141,19 @@ class Drawing {
       sheet_.line(end - (way + out) * 0.9, end + (way + out) * 0.9, {0.25, 0, -1, {}});
     }
     const double sigma = std::hypot(0.005, plan_.scale_sigma * length_m);
-    sheet_.texts.push_back({(from + to) / 2 + out * 0.9,
-                            format("%.2f \u00b1 %.2f m", length_m, sigma), 2.5,
-                            std::atan2(way.y(), way.x()), Sheet::Anchor::middle, false});
+    centred((from + to) / 2 + out * 0.9, format("%.2f \u00b1 %.2f m", length_m, sigma), 2.5,
+            std::atan2(way.y(), way.x()));
   }
 
   void overall() {
-    const Vector low = on_paper(extent_.low), high = on_paper(extent_.high);
+    const Vector low = on_paper(extent_.min()), high = on_paper(extent_.max());
     const double off = 0.55 * kDimensionsMm;
-    dimension({low.x(), high.y() + off}, {high.x(), high.y() + off}, {0, 1},
-              extent_.high.x() - extent_.low.x());
-    dimension({low.x() - off, low.y()}, {low.x() - off, high.y()}, {-1, 0},
-              extent_.high.y() - extent_.low.y());
+    dimension({low.x(), high.y() + off}, {high.x(), high.y() + off}, {0, 1}, extent_.sizes().x());
+    dimension({low.x() - off, low.y()}, {low.x() - off, high.y()}, {-1, 0}, extent_.sizes().y());
+  }
+
+  void centred(const Vector& at, const std::string& what, double height, double angle_rad = 0) {
+    sheet_.texts.push_back({at, what, height, angle_rad, Sheet::Anchor::middle});
   }
 
   void text(double x, double y, const std::string& what, double height = 2.5, bool bold = false) {
@@ -230,12 +208,7 @@ class Drawing {
                               {0.13, 0, i % 2 == 0 ? 0.0 : 1.0, {}}});
     }
     for (int i = 0; i <= 5; ++i) {
-      sheet_.texts.push_back({{left + i * step, y + 2.5},
-                              format("%.0f", i * unit_m) + (i == 5 ? " m" : ""),
-                              2.2,
-                              0,
-                              Sheet::Anchor::middle,
-                              false});
+      centred({left + i * step, y + 2.5}, format("%.0f", i * unit_m) + (i == 5 ? " m" : ""), 2.2);
     }
   }
 
@@ -259,7 +232,7 @@ class Drawing {
 
   const FloorPlan& plan_;
   const SheetWish& wish_;
-  Extent extent_;
+  Eigen::AlignedBox2d extent_;
   SheetLayout layout_;
   Sheet sheet_;
   double per_m_ = 1;
@@ -268,7 +241,18 @@ class Drawing {
 
 }  // namespace
 
+Eigen::AlignedBox2d extent_of(const FloorPlan& plan) {
+  Eigen::AlignedBox2d extent;
+  for (const PlanRoom& room : plan.rooms) {
+    for (const RoomEdge& edge : room.edges()) {
+      for (const Vector& at : bulge_points(edge.from, edge.to, edge.bulge)) extent.extend(at);
+    }
+  }
+  return extent;
+}
+
 Sheet draw_sheet(const FloorPlan& plan, const SheetWish& wish) {
+  require(!plan.rooms.empty(), "the map contains no room: nothing to draw");
   return Drawing(plan, wish).draw();
 }
 

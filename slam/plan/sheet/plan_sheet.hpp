@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <string>
 
 #include "slam/plan/floor_plan.hpp"
@@ -13,6 +14,9 @@ struct SheetWish {
   std::string title;
   std::string source;  ///< what was mapped, and when
 };
+
+/// What the rooms take, in the plan's frame; empty without a room.
+Eigen::AlignedBox2d extent_of(const FloorPlan& plan);
 
 /// Draws the plan to scale, with dimensions, areas, title block, scale bar and legend.
 /// @throws std::invalid_argument when the paper is unknown or too small for the scale: it says

@@ -14,6 +14,11 @@ struct Sheet {
     double fill = -1.0;     ///< grey inside; below 0: none
     std::vector<double> dash_mm;
   };
+  /// From a point of a path to the next.
+  struct Stretch {
+    Eigen::Vector2d from, to;
+    double bulge;
+  };
   struct Path {
     std::vector<Eigen::Vector2d> points;
     bool closed = false;
@@ -21,11 +26,13 @@ struct Sheet {
     std::string layer = {};  ///< class of it in SVG
     std::vector<double> bulges =
         {};  ///< from each point to the next (bulge.hpp); missing: straight
+    /// Of a closed path the one back to its first point only if it is bent.
+    std::vector<Stretch> stretches() const;
   };
   enum class Anchor { start, middle, end };
   struct Text {
     Eigen::Vector2d at = {0, 0};  ///< on its base line
-    std::string text;             ///< UTF-8; beyond ASCII: degree, square, plus-minus, multiply
+    std::string text;             ///< UTF-8
     double height_mm = 2.5;       ///< of the font
     double angle_rad = 0.0;
     Anchor anchor = Anchor::start;
@@ -47,14 +54,19 @@ struct Sheet {
   }
 };
 
-/// Width of a text in Helvetica [mm], about.
-double text_width_mm(const Sheet::Text& text);
-
 /// The sheet as an SVG document whose size is in millimetres. It says its scale for programs, as
 /// files::read_svg() reads it.
 std::string sheet_svg(const Sheet& sheet);
 
-/// The sheet as a PDF document (1.4) of one page, with vectors and a font that every reader has.
-std::string sheet_pdf(const Sheet& sheet);
+struct SheetPdf {
+  std::string bytes;
+  std::string missing;  ///< letters that no installed font has, each once, UTF-8
+};
+
+/// The sheet as a PDF document of one page: vectors, and text in the installed fonts, embedded. A
+/// missing letter is drawn as a box with its code; without any font there is no text. The same
+/// bytes for the same sheet and fonts.
+/// @throws std::runtime_error where cairo fails.
+SheetPdf sheet_pdf(const Sheet& sheet);
 
 }  // namespace marco::slam

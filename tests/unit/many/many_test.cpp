@@ -52,7 +52,7 @@ TEST_F(Recordings, AreListedOneALine) {
   folder_.write("list.txt", "gone.log\n");
   EXPECT_THAT(complaint([&] { find_recordings({list}); }), HasSubstr("gone.log"));
   EXPECT_THAT(complaint([&] { find_recordings({folder_.path() / "none"}); }),
-              HasSubstr("not there"));
+              HasSubstr("is missing"));
 }
 
 TEST_F(Recordings, OfSeveralPartsAreOneLine) {

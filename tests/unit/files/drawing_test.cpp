@@ -137,7 +137,7 @@ TEST(ReadDrawing, SaysWhatAFileIs) {
   EXPECT_THAT(complaint([] { read_drawing("hello"); }), HasSubstr("line 1 is not a group code"));
   EXPECT_THAT(complaint([] { read_drawing(entities("0 LINE 10 abc")); }), HasSubstr("no number"));
   EXPECT_THAT(complaint([] { read_drawing(entities("0 LINE 10 1e12")); }), HasSubstr("farther"));
-  EXPECT_THAT(complaint([] { read_drawing("<html></html>"); }), HasSubstr("no SVG"));
+  EXPECT_THAT(complaint([] { read_drawing("<html></html>"); }), HasSubstr("not an SVG file"));
   EXPECT_THAT(complaint([] { read_drawing("<svg><path d=\"M0 0"); }), HasSubstr("is truncated"));
   EXPECT_THAT(complaint([] { read_drawing("<svg><path d=\"M0 0 X\"/></svg>"); }),
               HasSubstr("unknown command"));

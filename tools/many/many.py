@@ -196,16 +196,21 @@ LIBC = ctypes.CDLL(None)
 
 def start(words, output):
     """Starts a program, both outputs appended to a file. It is killed when this process ends before it: what it works on
-    may be begun again at once. @returns its process"""
+    may be begun again at once. @returns its id"""
+    PR_SET_PDEATHSIG, NOT_STARTED = 1, 127
     parent = os.getpid()
-
-    def die_with_parent():
-        PR_SET_PDEATHSIG = 1
+    child = os.fork()
+    if child:
+        return child
+    try:
         LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:
-            os._exit(EXIT_FAILED)
-    with open(output, "ab") as file:
-        return subprocess.Popen(words, stdout=file, stderr=file, preexec_fn=die_with_parent).pid
+        file = os.open(output, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+        os.dup2(file, 1)
+        os.dup2(file, 2)
+        if os.getppid() == parent:
+            os.execv(words[0], words)
+    finally:
+        os._exit(NOT_STARTED)
 
 
 @dataclasses.dataclass

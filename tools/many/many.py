@@ -117,6 +117,10 @@ def locked(path):
         yield file
 
 
+def read_whole(path):
+    return path.read_bytes().decode(**TEXT)
+
+
 def write_whole(path, text):
     """No reader sees half of it, nor does another writer."""
     part = path.with_name(path.name + ".part")
@@ -181,7 +185,7 @@ def read_list(path):
     """One a line: name and paths, tabs between them. A file that is not there holds none."""
     if not path.exists():
         return []
-    rows = (line.split("\t") for line in path.read_text(**TEXT).split("\n"))
+    rows = (line.split("\t") for line in read_whole(path).split("\n"))
     return [Entry(name, parts) for name, *parts in rows if parts]
 
 
@@ -232,7 +236,7 @@ def wait_for(pid):
 
 def last_line(path):
     """What a program said last: why it failed. A progress line writes over itself."""
-    lines = (line.split("\r")[-1] for line in path.read_text(**TEXT).split("\n"))
+    lines = (line.split("\r")[-1] for line in read_whole(path).split("\n"))
     return next(filter(None, reversed(list(lines))), "")
 
 
@@ -524,7 +528,7 @@ def keep_options(store, for_map):
     path = store.jobs / "options"
     if not path.exists():
         write_whole(path, text)
-    elif path.read_text(**TEXT) != text:
+    elif read_whole(path) != text:
         raise Failure(f"{store.out}: its maps were made with other options of marco map ({path}); choose another --out")
 
 

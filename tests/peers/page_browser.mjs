@@ -158,7 +158,7 @@ const cases = {
       await until("the banner's end", () => page.$eval("#banner", (banner) => banner.hidden));
       await robot.stop();
       await page.click(".stop");
-      await until("that it cannot be reached", said("cannot be reached"), 5);
+      await until("that it cannot be reached", said("is unreachable"), 5);
       robot.firsts = [];
       await robot.start();
       await until("the stop", () => robot.engaged, 5);
@@ -169,7 +169,7 @@ const cases = {
       // A network that swallows everything.
       for (const client of robot.clients) client.isDeaf = true;
       await page.keyboard.press("Space");
-      await until("that it cannot be reached", said("cannot be reached"), 5);
+      await until("that it cannot be reached", said("is unreachable"), 5);
       await until("the stop by another connection", () => robot.engaged, 9);
       assert.equal(robot.firsts.at(-1), "stop");
       robot.obey("stop", { engaged: false });

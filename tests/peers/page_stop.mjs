@@ -148,7 +148,7 @@ async function tryState(page, link, isTouch) {
     [how, letGo] = await press(page, isTouch);
     let from = await until("the press in the page", () => act(page, () => window.pressedAt), 10);
     if (isCut) {
-      await until("that it says so", async () => (await text(page, ".stopped")).includes("cannot be reached"), 5);
+      await until("that it says so", async () => (await text(page, ".stopped")).includes("is unreachable"), 5);
       await wait(3000 * random());
       link.isCut = false;
       from = performance.timeOrigin + performance.now();

@@ -253,7 +253,7 @@ INSTANTIATE_TEST_SUITE_P(Bases,
 
 TEST_P(FirstDriveProcess, GoesThroughAllStepsAndReports) {
   start_at_terminal();
-  answer("hang free? [y/n/s]", 'y');
+  answer("off the floor? [y/n/s]", 'y');
   for (int motion = 0; motion < 4; ++motion) {
     ASSERT_TRUE(sees("Hold the space bar"));
     EXPECT_EQ(driven_s(), -1.0) << "it moved before a key was pressed";
@@ -300,7 +300,7 @@ TEST_P(FirstDriveProcess, GoesThroughAllStepsAndReports) {
 TEST_P(FirstDriveProcess, StopsTheRobotHoweverItEnds) {
   const auto turn = [this] {
     start_at_terminal();
-    answer("hang free? [y/n/s]", 'y');
+    answer("off the floor? [y/n/s]", 'y');
     for (int step = 0; step < 2; ++step) answer("Hold the space bar", 's');
     ASSERT_TRUE(sees("Hold the space bar"));
     turned_rad_ = 0.0;

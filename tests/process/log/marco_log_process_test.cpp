@@ -77,7 +77,7 @@ TEST(Cli, MarcosTypesFormatsAndOrdersAreKnown) {
   EXPECT_EQ(no_laser.exit_code, 1);
   EXPECT_THAT(no_laser.output, HasSubstr("no laser among its channels: OTHER"));
   works("play --speed 0 " + (folder / "orders"),
-        "left out 2 orders, which a live robot would obey: 1 on BASE_COMMAND, 1 on EMERGENCY_STOP");
+        "left out 2 orders that a live robot would obey: 1 on BASE_COMMAND, 1 on EMERGENCY_STOP");
 }
 
 TEST(Spy, TellsHowToStartARobotWhenNothingIsHeard) {

@@ -199,7 +199,7 @@ TEST_F(Refused, ABusWhosePortIsNotShared) {
 TEST_F(Refused, ToDriveWithoutATerminalAndATourWithoutABase) {
   EXPECT_EQ(std::system(("$MARCO_BIN/marco-teleop </dev/null >" + file("drive") + " 2>&1").c_str()),
             1 << 8);
-  EXPECT_THAT(printed("drive"), HasSubstr("standard input is no terminal"));
+  EXPECT_THAT(printed("drive"), HasSubstr("standard input is not a terminal"));
   EXPECT_EQ(run("marco-tour", {"config/tours/sample.toml"}), 1);
   EXPECT_THAT(printed("marco-tour"), HasSubstr("waiting for the base: nothing on BASE_STATUS"));
 }

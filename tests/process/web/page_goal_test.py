@@ -151,7 +151,7 @@ class Goals(unittest.TestCase):
         other.advertise(1, "/cmd_vel")
         other.publish(1, {"linear": {"x": 0.0}, "angular": {"z": 0.2}})
         self.assertTrue(self.client.wait(lambda: not self.client.of("page/goal")[-1]["active"], 2))
-        self.assertIn("by hand", self.client.of("page/goal")[-1]["text"])
+        self.assertIn("driving manually", self.client.of("page/goal")[-1]["text"])
         other.close()
 
 

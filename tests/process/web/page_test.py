@@ -50,7 +50,7 @@ class Files(WithPage):
             for _ in range(3):
                 link.sendall(b"GET /page/x HTTP/1.1\r\nHost: localhost\r\n\r\n")
                 answer = b""
-                while b"nothing here" not in answer:
+                while b"Not found" not in answer:
                     answer += link.recv(4096)
                 self.assertIn(b"404", answer)
 

@@ -94,7 +94,7 @@ TEST(SilenceText, DroppedForOneCause) {
   lack.cause = "no SENSOR_INFO for LIDAR yet";
   EXPECT_THAT(silence_text({lack}, {}),
               HasSubstr("messages come on LIDAR (scans) at 10 Hz, but all are dropped: no "
-                        "SENSOR_INFO for LIDAR yet. SENSOR_INFO holds the pose of the sensor"));
+                        "SENSOR_INFO for LIDAR yet. SENSOR_INFO gives the pose of the sensor"));
 }
 
 TEST(SilenceText, ClocksAndPoses) {

@@ -133,7 +133,8 @@ TEST(Carmen, StampsThatStepBackAreKeptInFileOrderAndTold) {
 }
 
 TEST(Carmen, AFileWithoutLaserLinesIsRefusedByName) {
-  EXPECT_THAT(complaint([] { read("ODOM 0 0 0 0 0 0 5 h 1\n"); }), HasSubstr("no laser line"));
+  EXPECT_THAT(complaint([] { read("ODOM 0 0 0 0 0 0 5 h 1\n"); }),
+              HasSubstr("no readable laser line"));
 }
 
 // A line a second, or as far apart as that.
@@ -149,11 +150,11 @@ TEST(Carmen, StampsThatAreNoTimesAreNotedWithTheirCount) {
   const auto notes = [](double step_s) { return read(scans_every(step_s, 20)).report.notes; };
   EXPECT_THAT(notes(0.0),
               Contains("19 of 20 scans have the stamp of the previous one: their stamps "
-                       "are no times of measurement"));
+                       "are not measurement times"));
   EXPECT_THAT(notes(3.15e7), Contains("19 of 20 scans are an hour or more from the previous one: "
-                                      "their stamps are no times of measurement"));
-  EXPECT_THAT(notes(-4000.0), Contains(HasSubstr("19 of 20 scans are an hour and more")));
-  EXPECT_THAT(notes(1.0), Not(Contains(HasSubstr("no times"))));
+                                      "their stamps are not measurement times"));
+  EXPECT_THAT(notes(-4000.0), Contains(HasSubstr("19 of 20 scans are an hour or more")));
+  EXPECT_THAT(notes(1.0), Not(Contains(HasSubstr("not measurement times"))));
 }
 
 // As after a power cut, and larger than could be read in an hour.

@@ -127,7 +127,7 @@ TEST(ReadDxf, RefusesWhatWouldNeverEnd) {
   }
   blocks += "0 BLOCK 2 B6 0 LINE 8 0 10 0 20 0 11 1 21 1 0 ENDBLK 0 ENDSEC ";
   EXPECT_THAT(complaint([&] { read_dxf(dxf(blocks + "0 SECTION 2 ENTITIES 0 INSERT 8 0 2 B0")); }),
-              HasSubstr("without end"));
+              HasSubstr("endlessly"));
 }
 
 TEST(ReadDrawing, SaysWhatAFileIs) {
@@ -137,8 +137,8 @@ TEST(ReadDrawing, SaysWhatAFileIs) {
   EXPECT_THAT(complaint([] { read_drawing("hello"); }), HasSubstr("line 1 is not a group code"));
   EXPECT_THAT(complaint([] { read_drawing(entities("0 LINE 10 abc")); }), HasSubstr("no number"));
   EXPECT_THAT(complaint([] { read_drawing(entities("0 LINE 10 1e12")); }), HasSubstr("farther"));
-  EXPECT_THAT(complaint([] { read_drawing("<html></html>"); }), HasSubstr("no SVG"));
-  EXPECT_THAT(complaint([] { read_drawing("<svg><path d=\"M0 0"); }), HasSubstr("cut short"));
+  EXPECT_THAT(complaint([] { read_drawing("<html></html>"); }), HasSubstr("not an SVG file"));
+  EXPECT_THAT(complaint([] { read_drawing("<svg><path d=\"M0 0"); }), HasSubstr("is truncated"));
   EXPECT_THAT(complaint([] { read_drawing("<svg><path d=\"M0 0 X\"/></svg>"); }),
               HasSubstr("unknown command"));
 }

@@ -95,7 +95,7 @@ TEST_F(ForeignPoints, PcdCompressedLiesFieldByField) {
     EXPECT_EQ(cloud.points_m[static_cast<std::size_t>(i)],
               Eigen::Vector3f(0, static_cast<float>(i % 50), static_cast<float>(2 * i % 50)));
   }
-  EXPECT_THAT(said("a.pcd", whole(packed.size() + 1, fields.size())), HasSubstr("ends within"));
+  EXPECT_THAT(said("a.pcd", whole(packed.size() + 1, fields.size())), HasSubstr("ends inside"));
   EXPECT_THAT(said("a.pcd", whole(packed.size(), fields.size() + 12)),
               HasSubstr("does not agree with its compressed points"));
   EXPECT_THAT(said("a.pcd", whole(packed.size() - 1, fields.size())), HasSubstr("damaged"));
@@ -227,7 +227,7 @@ TEST_F(ForeignPoints, PtxOfColumnsWithAPose) {
   EXPECT_THAT(said("a.ptx", ptx("1", "5", turned) + points), HasSubstr("before its last point"));
   EXPECT_THAT(said("a.ptx", ptx("1", "3", turned) + points), HasSubstr("a second scan begins"));
   EXPECT_THAT(said("a.ptx", ptx("2", "2", "2 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n") + points),
-              HasSubstr("no rotation"));
+              HasSubstr("not a rotation"));
 }
 
 TEST_F(ForeignPoints, UosIsTurnedAndScaled) {
@@ -252,7 +252,7 @@ TEST_F(ForeignPoints, OtherFilesAreNone) {
   EXPECT_EQ(format("a.TXT", "3\n1 2 3\n"), PointFormat::pts);
   EXPECT_EQ(point_format_of(folder.path()), std::nullopt);
   EXPECT_EQ(point_format_of("/nonexistent/a.ply"), std::nullopt);
-  EXPECT_THAT(said("a.log", "1 2 3\n"), HasSubstr("a.log: no file of points"));
+  EXPECT_THAT(said("a.log", "1 2 3\n"), HasSubstr("a.log: not a point file"));
   EXPECT_THAT(complaint([] { read_points("/nonexistent/a.ply"); }),
               HasSubstr("/nonexistent/a.ply"));
 }

@@ -145,7 +145,7 @@ TEST(PointFiles, WhatIsNoCloudIsRefused) {
               HasSubstr("200 points are not 7 rows"));
   cloud.rows = 0;
   EXPECT_THAT(complaint([&] { write_points(path, PointFormat::ptx, cloud); }),
-              HasSubstr("in no order"));
+              HasSubstr("unorganized"));
   cloud.intensities.pop_back();
   EXPECT_THAT(complaint([&] { write_points(path, PointFormat::ply, cloud); }),
               HasSubstr("one intensity"));
@@ -204,8 +204,8 @@ TEST(ScanPose, IsReadByTheNumberOfItsNumbers) {
   EXPECT_THAT(said("1 2 3 4 5"), HasSubstr("bad.pose: expected a pose of 6, 7, 8, 12 or 16"));
   EXPECT_THAT(said("1 2 3 4 5 x"), HasSubstr("'x' is not a finite number"));
   EXPECT_THAT(said("1 2 3 0 0 0 0"), HasSubstr("not a position and rotation"));
-  EXPECT_THAT(said("2 0 0 0 0 2 0 0 0 0 2 0"), HasSubstr("no rotation"));
-  EXPECT_THAT(said("-1 0 0 0 0 1 0 0 0 0 1 0"), HasSubstr("no rotation"));
+  EXPECT_THAT(said("2 0 0 0 0 2 0 0 0 0 2 0"), HasSubstr("not a rotation"));
+  EXPECT_THAT(said("-1 0 0 0 0 1 0 0 0 0 1 0"), HasSubstr("not a rotation"));
 }
 
 // A pose that 3DTK's scan matching gave: the robot of the nodding scanner drove on a floor, so that

@@ -142,7 +142,10 @@ TEST(Person, MayHaveSetOffBefore) {
 
 TEST(Person, NeedsAWay) {
   EXPECT_THAT(complaint([] { Person({{1, 1}}, 1.0, 0.0); }), HasSubstr("at least two"));
-  EXPECT_THAT(complaint([] { Person({{1, 1}, {1, 1}}, 1.0, 0.0); }), HasSubstr("all are one"));
+  EXPECT_THAT(complaint([] {
+                Person({{1, 1}, {1, 1}}, 1.0, 0.0);
+              }),
+              HasSubstr("all are identical"));
   WorldSpec spec;
   spec.people.resize(1);
   spec.people[0].waypoints_m = {1, 2, 3};

@@ -39,8 +39,8 @@ TEST(MapEdit, CommentsAndEmptyLinesAreLeftOut) {
 }
 
 TEST(MapEdit, FaultsNameLineAndCause) {
-  EXPECT_THAT(fault_of("\nforget_loop 1 2"), HasSubstr("line 2: 'forget_loop' is none of"));
-  EXPECT_THAT(fault_of("forbid_loop 1"), HasSubstr("line 1: two times in seconds"));
+  EXPECT_THAT(fault_of("\nforget_loop 1 2"), HasSubstr("line 2: 'forget_loop' is not one of"));
+  EXPECT_THAT(fault_of("forbid_loop 1"), HasSubstr("line 1: expected two times in seconds"));
   EXPECT_THAT(fault_of("forbid_loop 1 soon"), HasSubstr("two times in seconds"));
   EXPECT_THAT(fault_of("forbid_loop -1 2"), HasSubstr("two times in seconds"));
   EXPECT_THAT(fault_of("drop_scans 3 2"), HasSubstr("the later time comes first"));

@@ -56,7 +56,7 @@ TEST(Bundle, RefusesWhatItWouldBreak) {
         bundle({{"app.js", "import { b } from \"./b.js\";\n"},
                 {"b.js", "import { a } from \"./app.js\";\n"}});
       },
-      ThrowsMessage<std::invalid_argument>(HasSubstr("in a ring")));
+      ThrowsMessage<std::invalid_argument>(HasSubstr("in a cycle")));
 }
 
 TEST(Bundle, TheWholePageIsInIt) {

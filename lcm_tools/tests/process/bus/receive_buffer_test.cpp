@@ -64,7 +64,7 @@ TEST(ReceiveBuffer, SaysOnceWhatTheSystemDoesNotGiveAndHowToMendIt) {
     return;
   }
   const std::string line = "sudo sysctl -w net.core.rmem_max=";
-  EXPECT_THAT(text.str(), HasSubstr("kB instead of 976562: large messages may get lost"));
+  EXPECT_THAT(text.str(), HasSubstr("kB instead of 976562: large messages may be lost"));
   EXPECT_NE(text.str().find(line), std::string::npos);
   EXPECT_EQ(text.str().find(line), text.str().rfind(line)) << text.str();
 }

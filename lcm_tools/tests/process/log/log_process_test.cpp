@@ -182,10 +182,9 @@ TEST(Play, LeavesOrdersOutUnlessAskedAndSaysSo) {
   using Channels = std::map<std::string, int>;
   EXPECT_EQ(channels_of(""), (Channels{{"TRUE_POSE", 4}, {"OLD", 4}}));
   EXPECT_THAT(read_text(folder / "said"), HasSubstr("8 events in "));
-  EXPECT_THAT(
-      read_text(folder / "said"),
-      HasSubstr("left out 8 orders, which a live robot would obey: 4 on EMERGENCY_STOP, 4 on "
-                "PM_ORDERS (--orders plays them)"));
+  EXPECT_THAT(read_text(folder / "said"),
+              HasSubstr("left out 8 orders that a live robot would obey: 4 on EMERGENCY_STOP, 4 on "
+                        "PM_ORDERS (--orders plays them)"));
   // What counts is the name under which it goes out.
   EXPECT_EQ(channels_of("--rename EMERGENCY_STOP=RECORDED --rename OLD=PMD_ORDERS"),
             (Channels{{"TRUE_POSE", 4}, {"RECORDED", 4}}));
@@ -251,7 +250,7 @@ TEST(Cli, MistakesAreSaidAndNothingIsWritten) {
   fails("merge " + log + " " + log + " -o " + out + " --shift 1", "one for each log");
   fails("repair " + (folder / "text") + " " + out, "no complete LCM event");
   fails("export " + log + " " + out,
-        "no format has this ending; choose one with --format: csv, jsonl, mcap, images");
+        "no format has this extension; choose one with --format: csv, jsonl, mcap, images");
   fails("export " + log + " " + out + " --format mcap --types /no/such", "/no/such");
   fails("play " + log + " --pause < /dev/null", "needs a terminal");
   fails("", "subcommand");

@@ -249,7 +249,7 @@ TEST_F(ScreenTest, TheFirstScreenSaysWhatToDoAndEightyColumnsAreEnough) {
   EXPECT_TRUE(shows("x19 +localhost +Stopped \\(OK\\)")) << "room for 13 rows and more";
   EXPECT_TRUE(shows("1 more rows below"));
   keys("R Down Down Enter");
-  EXPECT_TRUE(shows("script .gone. cannot be run: e shows why"));
+  EXPECT_TRUE(shows("script .gone. cannot be run: e shows the reason"));
   keys("e");
   EXPECT_TRUE(shows("script .gone. cannot be run; /"));
   keys("e");

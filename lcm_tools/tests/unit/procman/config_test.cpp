@@ -145,9 +145,9 @@ script "u" { run_script "s"; }
   EXPECT_THAT(
       scripts.at("s"),
       ElementsAre(HasSubstr("f:5:14: expected a command"), HasSubstr("f:5:29: expected a group"),
-                  HasSubstr("f:5:47: expected a script of"), HasSubstr("in a circle")));
-  EXPECT_THAT(scripts.at("t"), ElementsAre(HasSubstr("in a circle")));
-  EXPECT_THAT(scripts.at("u"), ElementsAre(HasSubstr("in a circle")));
+                  HasSubstr("f:5:47: expected a script of"), HasSubstr("forms a cycle")));
+  EXPECT_THAT(scripts.at("t"), ElementsAre(HasSubstr("forms a cycle")));
+  EXPECT_THAT(scripts.at("u"), ElementsAre(HasSubstr("forms a cycle")));
 }
 
 TEST(Config, AGroupMeansItsSubgroupsAndSlashesDoNotMatter) {

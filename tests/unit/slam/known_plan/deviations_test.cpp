@@ -126,7 +126,7 @@ TEST(CompareWithPlan, SaysWhatIsMissingAndWhatIsNotDrawn) {
   // Both faces of the wall with the door.
   EXPECT_NEAR(undrawn_m, 2 * (3 - 0.88), 0.3);
   const std::string table = deviation_table(found);
-  EXPECT_THAT(table, HasSubstr("is not there"));
+  EXPECT_THAT(table, HasSubstr("is missing"));
   EXPECT_THAT(table, HasSubstr("present, but not drawn:"));
 }
 

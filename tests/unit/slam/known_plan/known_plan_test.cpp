@@ -43,7 +43,8 @@ TEST(ChooseLayers, TakesWhatIsAskedFor) {
 }
 
 TEST(KnownPlan, WantsAScale) {
-  EXPECT_THAT(complaint_of(drawing_of(12000, {"0"}), {}), HasSubstr("12 m large in mm"));
+  EXPECT_THAT(complaint_of(drawing_of(12000, {"0"}), {}),
+              HasSubstr("Its size would be 12 m in mm"));
   EXPECT_THAT(complaint_of(drawing_of(12000, {"0"}), {"", "m"}), HasSubstr("right --unit"));
   EXPECT_THAT(complaint_of(drawing_of(12000, {"0"}), {"", "1:100"}), HasSubstr("paper"));
   EXPECT_THAT(complaint_of(drawing_of(12000, {"0"}), {"", "yards"}), HasSubstr("yards"));

@@ -117,6 +117,10 @@ def locked(path):
         yield file
 
 
+def read_whole(path):
+    return path.read_bytes().decode(**TEXT)
+
+
 def write_whole(path, text):
     """No reader sees half of it, nor does another writer."""
     part = path.with_name(path.name + ".part")
@@ -181,7 +185,7 @@ def read_list(path):
     """One a line: name and paths, tabs between them. A file that is not there holds none."""
     if not path.exists():
         return []
-    rows = (line.split("\t") for line in path.read_text(**TEXT).split("\n"))
+    rows = (line.split("\t") for line in read_whole(path).split("\n"))
     return [Entry(name, parts) for name, *parts in rows if parts]
 
 
@@ -196,16 +200,21 @@ LIBC = ctypes.CDLL(None)
 
 def start(words, output):
     """Starts a program, both outputs appended to a file. It is killed when this process ends before it: what it works on
-    may be begun again at once. @returns its process"""
+    may be begun again at once. @returns its id"""
+    PR_SET_PDEATHSIG, NOT_STARTED = 1, 127
     parent = os.getpid()
-
-    def die_with_parent():
-        PR_SET_PDEATHSIG = 1
+    child = os.fork()
+    if child:
+        return child
+    try:
         LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:
-            os._exit(EXIT_FAILED)
-    with open(output, "ab") as file:
-        return subprocess.Popen(words, stdout=file, stderr=file, preexec_fn=die_with_parent).pid
+        file = os.open(output, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+        os.dup2(file, 1)
+        os.dup2(file, 2)
+        if os.getppid() == parent:
+            os.execv(words[0], words)
+    finally:
+        os._exit(NOT_STARTED)
 
 
 @dataclasses.dataclass
@@ -227,7 +236,7 @@ def wait_for(pid):
 
 def last_line(path):
     """What a program said last: why it failed. A progress line writes over itself."""
-    lines = (line.split("\r")[-1] for line in path.read_text(**TEXT).split("\n"))
+    lines = (line.split("\r")[-1] for line in read_whole(path).split("\n"))
     return next(filter(None, reversed(list(lines))), "")
 
 
@@ -519,7 +528,7 @@ def keep_options(store, for_map):
     path = store.jobs / "options"
     if not path.exists():
         write_whole(path, text)
-    elif path.read_text(**TEXT) != text:
+    elif read_whole(path) != text:
         raise Failure(f"{store.out}: its maps were made with other options of marco map ({path}); choose another --out")
 
 

@@ -138,6 +138,9 @@ class Table(InAFolder):
         self.assertIn("failed: no laser: it holds &quot;a&quot;, &lt;b&gt;", page)
         self.assertIn('src="good/map.png"', page)
 
+    def test_asks_nothing_more_of_what_is_mapped_or_failed(self):
+        self.assertEqual([self.store.is_done(entry) for entry in self.entries], [True, True, False])
+
     def test_of_maps_alone_is_a_success(self):
         self.assertEqual(many.write_table(self.store, self.entries[:1]), many.EXIT_DONE)
 
@@ -159,7 +162,7 @@ class Children(InAFolder):
             self.assertEqual(self.end_of(script).was_killed(), was_killed, script)
 
     def test_say_last_why_they_failed(self):
-        self.end_of(r"printf 'first\n 1 %%\r 2 %%\rno scans\n\n' >&2")
+        self.end_of(r"printf 'first\n 1 %%\r 2 %%\rno scans\n 3 %%\r\n' >&2")
         self.assertEqual(many.last_line(self.folder / "printed"), "no scans")
 
 

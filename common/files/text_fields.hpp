@@ -77,7 +77,7 @@ class TextRows {
   /// Goes to the next line. @returns false at the end.
   bool next_line();
   /// Goes to the next line that holds something: comments (after # or //) and blank lines are
-  /// passed over. @returns false at the end.
+  /// ignored. @returns false at the end.
   bool next();
   std::string_view line() const { return line_; }
   /// Reads numbers (also nan and inf) from the line's beginning until `into` is full or something

@@ -98,7 +98,7 @@ class Store:
 
 
 def printable(text):
-    """For a terminal: control characters, and bytes that are no UTF-8, as escapes."""
+    """For a terminal: control characters, and bytes that are not UTF-8, as escapes."""
     def escape(found):
         code = ord(found[0])
         return f"\\x{code & 0xff:02x}" if code < 0x100 or code >= 0xd800 else f"\\u{code:04x}"
@@ -126,7 +126,7 @@ def write_whole(path, text):
     part = path.with_name(path.name + ".part")
     while True:
         with locked(part) as file:
-            # Whoever held the lock before has renamed the file.
+            # The process that held the lock before has renamed the file.
             if not part.exists() or not os.path.samestat(os.fstat(file.fileno()), os.stat(part)):
                 continue
             file.truncate(0)
@@ -255,7 +255,7 @@ def try_once(store, entry, for_map):
 
 
 def run_job(store, entry, for_map):
-    """Maps one recording, unless that is done; waits where somebody else does it now. Whoever is killed meanwhile leaves
+    """Maps one recording, unless that is done; waits where somebody else does it now. A process killed meanwhile leaves
     nothing behind: a lock ends with its process, results appear as a whole. @returns whether there is a map"""
     with locked(store.jobs / f"{entry.name}.lock"):
         if store.is_done(entry):

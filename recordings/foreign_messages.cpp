@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <vector>
 
 #include "bot_core/pose_t.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/format.hpp"
 #include "lcm_tools/files/channel_pattern.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -109,6 +109,12 @@ void settle_by_stamp(LaserScan& scan) {
   scan.utime = scan.utime + Duration::from_seconds(first_s);
 }
 
+uint64_t big_endian(std::span<const uint8_t> message, std::size_t at, std::size_t bytes) {
+  uint64_t value = 0;
+  for (std::size_t i = at; i < at + bytes; ++i) value = (value << 8U) | message[i];
+  return value;
+}
+
 }  // namespace
 
 OdometrySample TickOdometry::add(const maebot_encoders_t& ticks, const ForeignChannel& base) {
@@ -197,22 +203,16 @@ const ForeignChannel* entry_of(const ForeignTable& table,
 
 std::string fingerprint_in(std::span<const uint8_t> message) {
   if (message.size() < 8) return "";
-  char text[17];
-  for (std::size_t i = 0; i < 8; ++i) std::snprintf(text + 2 * i, 3, "%02x", message[i]);
-  return text;
+  return fingerprint_text(static_cast<int64_t>(big_endian(message, 0, 8)));
 }
 
 std::string fingerprint_text(int64_t hash) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
-  return text;
+  return format("%016llx", static_cast<unsigned long long>(hash));
 }
 
 std::optional<int64_t> utime_in(std::span<const uint8_t> message) {
   const auto number = [message](std::size_t at, std::size_t bytes) {
-    uint64_t value = 0;
-    for (std::size_t i = at; i < at + bytes; ++i) value = (value << 8U) | message[i];
-    return value;
+    return big_endian(message, at, bytes);
   };
   if (message.size() < 16) return std::nullopt;
   // Counts and a header's number come before its seconds and nanoseconds.

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "bot_core/image_t.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/format.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "recordings/clock_drift.hpp"
@@ -17,6 +17,7 @@ namespace marco {
 namespace {
 
 using files::LogEvent;
+using Meaning = LoggedChannel::Meaning;
 
 constexpr double kClocksDisagreeS = 0.5;
 constexpr std::size_t kEnoughOffsets = 2000;
@@ -39,16 +40,15 @@ bool is_own_channel(const std::string& name) {
          name == channels::kTruePoseByArrival || name.rfind(channels::kLidar, 0) == 0;
 }
 
-const std::map<std::string, LoggedChannel::Meaning> kMeanings = {
-    {"lidar", LoggedChannel::Meaning::lidar},
-    {"odometry", LoggedChannel::Meaning::odometry},
-    {"encoders", LoggedChannel::Meaning::encoders},
-    {"true_pose", LoggedChannel::Meaning::true_pose}};
+const std::map<std::string, Meaning> kMeanings = {{"lidar", Meaning::lidar},
+                                                  {"odometry", Meaning::odometry},
+                                                  {"encoders", Meaning::encoders},
+                                                  {"true_pose", Meaning::true_pose}};
 
-LoggedChannel::Meaning classify(const LogEvent& event,
-                                const ForeignTable& table,
-                                bool has_sensor_info,
-                                ForeignChannel& foreign) {
+Meaning classify(const LogEvent& event,
+                 const ForeignTable& table,
+                 bool has_sensor_info,
+                 ForeignChannel& foreign) {
   const std::string fingerprint = fingerprint_in(event.bytes);
   bool decodes = false;
   try {
@@ -59,13 +59,12 @@ LoggedChannel::Meaning classify(const LogEvent& event,
   }
   if (const ForeignChannel* entry = entry_of(table, event.channel, fingerprint)) {
     // A laser on our own channel name is ours where the log says how it sits, else by the table.
-    if (decodes && (has_sensor_info || entry->meaning != "lidar"))
-      return LoggedChannel::Meaning::ours;
+    if (decodes && (has_sensor_info || entry->meaning != "lidar")) return Meaning::ours;
     foreign = *entry;
     const auto meaning = kMeanings.find(entry->meaning);
-    return meaning == kMeanings.end() ? LoggedChannel::Meaning::passed_by : meaning->second;
+    return meaning == kMeanings.end() ? Meaning::passed_by : meaning->second;
   }
-  return decodes ? LoggedChannel::Meaning::ours : LoggedChannel::Meaning::passed_by;
+  return decodes ? Meaning::ours : Meaning::passed_by;
 }
 
 // A scan is sent when its last beam is measured, whichever instant its stamp is of.
@@ -97,13 +96,10 @@ void judge_stamps(LogSurvey& survey, const Offsets& offsets) {
   const double rate = std::abs(stamps_s) / events_s;
   if (rate > kSlowest && rate < kFastest) return;
   survey.stamps_are_unusable = true;
-  char note[200];
-  std::snprintf(
-      note, sizeof note,
-      "the stamps of %s advance by %.4g s in %.4g s: they are not microseconds. The times "
-      "of the log's events are used instead",
-      survey.lidar_channel.c_str(), stamps_s, events_s);
-  survey.notes.emplace_back(note);
+  survey.notes.push_back(
+      format("the stamps of %s advance by %.4g s in %.4g s: they are not microseconds. The times "
+             "of the log's events are used instead",
+             survey.lidar_channel.c_str(), stamps_s, events_s));
 }
 
 void compare_clocks(LogSurvey& survey, Offsets& offsets) {
@@ -122,16 +118,14 @@ void compare_clocks(LogSurvey& survey, Offsets& offsets) {
   };
   const LoggedChannel& lidar = survey.channels.at(survey.lidar_channel);
   for (auto& [name, channel] : survey.channels) {
-    if (channel.meaning == LoggedChannel::Meaning::passed_by) continue;
+    if (channel.meaning == Meaning::passed_by) continue;
     if (!channel.offset_us || !lidar.offset_us) continue;
     const int64_t difference_us = difference(delay_us(channel), delay_us(lidar));
     if (std::abs(static_cast<double>(difference_us)) * 1e-6 < kClocksDisagreeS) continue;
     channel.shift_us = difference_us;
-    char note[200];
-    std::snprintf(note, sizeof note,
-                  "the clocks of %s and %s differ by %.1f s: matched by event time", name.c_str(),
-                  survey.lidar_channel.c_str(), static_cast<double>(difference_us) * 1e-6);
-    survey.notes.emplace_back(note);
+    survey.notes.push_back(format("the clocks of %s and %s differ by %.1f s: matched by event time",
+                                  name.c_str(), survey.lidar_channel.c_str(),
+                                  static_cast<double>(difference_us) * 1e-6));
   }
 }
 
@@ -143,7 +137,7 @@ void compare_rates(LogSurvey& survey, const std::map<std::string, ClockDrift>& d
   const auto lidar_line = laser->second.line();
   for (auto& [name, channel] : survey.channels) {
     const auto drift = drifts.find(name);
-    if (channel.meaning == LoggedChannel::Meaning::passed_by || drift == drifts.end()) continue;
+    if (channel.meaning == Meaning::passed_by || drift == drifts.end()) continue;
     const auto line = drift->second.line();
     if (!line || !lidar_line) continue;
     const double rate = line->seconds_per_s - lidar_line->seconds_per_s;
@@ -152,13 +146,91 @@ void compare_rates(LogSurvey& survey, const std::map<std::string, ClockDrift>& d
       continue;
     channel.drift = rate;
     channel.first_us = drift->second.first_us();
-    char note[200];
-    std::snprintf(note, sizeof note,
-                  "the clocks of %s and %s drift apart by %.2f %%: matched by event time",
-                  name.c_str(), survey.lidar_channel.c_str(), 100.0 * std::abs(rate));
-    survey.notes.emplace_back(note);
+    survey.notes.push_back(
+        format("the clocks of %s and %s drift apart by %.2f %%: matched by event time",
+               name.c_str(), survey.lidar_channel.c_str(), 100.0 * std::abs(rate)));
   }
 }
+
+// What the events of a log tell of its channels.
+class Surveyor {
+ public:
+  explicit Surveyor(const ForeignTable& table) : table_(table) {}
+
+  void take(const LogEvent& event) {
+    ++events_;
+    if (survey_.channels.size() == kMostChannels && !survey_.channels.contains(event.channel))
+      return;
+    const auto [entry, is_new] = survey_.channels.try_emplace(event.channel);
+    LoggedChannel& channel = entry->second;
+    ++channel.count;
+    if (event.channel == channels::kSensorInfo) survey_.has_sensor_info = true;
+    if (is_new || channel.meaning == Meaning::passed_by) identify(channel, event);
+    note_times(channel.meaning != Meaning::passed_by, event);
+    const bool laser =
+        channel.meaning == Meaning::lidar ||
+        (channel.meaning == Meaning::ours && event.channel.rfind(channels::kLidar, 0) == 0);
+    if (laser && survey_.lidar_channel.empty()) survey_.lidar_channel = event.channel;
+  }
+
+  LogSurvey survey(const std::string& path) {
+    require(events_ > 0, path + ": has no complete LCM event");
+    if (survey_.lidar_channel.empty()) throw std::invalid_argument(without_laser(path));
+    if (survey_.channels.size() == kMostChannels) {
+      survey_.notes.emplace_back("more than 10000 channels: the rest is left out");
+    }
+    survey_.stopped_us = times_.stopped_us();
+    constexpr int64_t kWorthANote = 10;
+    if (times_.invalid() >= kWorthANote) {
+      survey_.notes.push_back("the event times of " + std::to_string(times_.invalid()) + " of " +
+                              std::to_string(events_) +
+                              " events stand still or jump: only the messages' own stamps are used "
+                              "there");
+    }
+    judge_stamps(survey_, offsets_);
+    if (survey_.stamps_are_unusable) return survey_;
+    compare_clocks(survey_, offsets_);
+    compare_rates(survey_, drifts_);
+    return survey_;
+  }
+
+ private:
+  void identify(LoggedChannel& channel, const LogEvent& event) {
+    channel.fingerprint = fingerprint_in(event.bytes);
+    survey_.pictures += channel.fingerprint == picture_ ? 1 : 0;
+    channel.meaning = classify(event, table_, survey_.has_sensor_info, channel.foreign);
+    if (channel.meaning == Meaning::lidar) {
+      channel.complete_us = complete_us(event, channel.foreign);
+    }
+  }
+
+  void note_times(bool is_used, const LogEvent& event) {
+    const auto utime = is_used ? utime_in(event.bytes) : std::nullopt;
+    const bool time_is_valid = times_.take(event, utime);
+    if (!utime || !time_is_valid) return;
+    std::vector<Offset>& known = offsets_[event.channel];
+    const int64_t time_us = event.event_time.us;
+    if (known.size() < kEnoughOffsets) known.push_back({time_us, difference(time_us, *utime)});
+    drifts_[event.channel].add(*utime, time_us);
+  }
+
+  std::string without_laser(const std::string& path) const {
+    NameList seen;
+    for (const auto& [name, channel] : survey_.channels) {
+      seen.add(name + " (" + channel.fingerprint + ")");
+    }
+    return path + ": no laser among its channels: " + seen.text() +
+           ". Describe them in a copy of config/foreign.toml and pass it with --foreign";
+  }
+
+  const ForeignTable& table_;
+  const std::string picture_ = fingerprint_text(bot_core::image_t::getHash());
+  LogSurvey survey_;
+  Offsets offsets_;
+  std::map<std::string, ClockDrift> drifts_;
+  EventTimes times_;
+  int64_t events_ = 0;
+};
 
 }  // namespace
 
@@ -193,73 +265,17 @@ bool EventTimes::take(const LogEvent& event, std::optional<int64_t> utime) {
 }
 
 LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
-  LogSurvey survey;
-  Offsets offsets;
-  std::map<std::string, ClockDrift> drifts;
-  EventTimes times;
+  Surveyor surveyor(table);
   files::EventLogReader log(path);
   LookingThrough look(path);
   const auto size = static_cast<double>(std::max<int64_t>(1, log.size_bytes()));
   const auto reached = [&](int64_t at) { look.update(static_cast<double>(at) / size); };
   log.on_search(reached);
-  const std::string picture = fingerprint_text(bot_core::image_t::getHash());
-  int64_t events = 0;
   while (const std::optional<LogEvent> event = log.next()) {
-    ++events;
     reached(log.position_bytes());
-    if (survey.channels.size() == kMostChannels && !survey.channels.contains(event->channel))
-      continue;
-    const auto [entry, is_new] = survey.channels.try_emplace(event->channel);
-    LoggedChannel& channel = entry->second;
-    ++channel.count;
-    if (event->channel == channels::kSensorInfo) survey.has_sensor_info = true;
-    if (is_new || channel.meaning == LoggedChannel::Meaning::passed_by) {
-      channel.fingerprint = fingerprint_in(event->bytes);
-      survey.pictures += channel.fingerprint == picture ? 1 : 0;
-      channel.meaning = classify(*event, table, survey.has_sensor_info, channel.foreign);
-      if (channel.meaning == LoggedChannel::Meaning::lidar) {
-        channel.complete_us = complete_us(*event, channel.foreign);
-      }
-    }
-    const bool is_used = channel.meaning != LoggedChannel::Meaning::passed_by;
-    const auto utime = is_used ? utime_in(event->bytes) : std::nullopt;
-    const bool time_is_valid = times.take(*event, utime);
-    std::vector<Offset>& known = offsets[event->channel];
-    if (utime && time_is_valid && known.size() < kEnoughOffsets) {
-      known.push_back({event->event_time.us, difference(event->event_time.us, *utime)});
-    }
-    if (utime && time_is_valid) drifts[event->channel].add(*utime, event->event_time.us);
-    const bool laser = channel.meaning == LoggedChannel::Meaning::lidar ||
-                       (channel.meaning == LoggedChannel::Meaning::ours &&
-                        event->channel.rfind(channels::kLidar, 0) == 0);
-    if (laser && survey.lidar_channel.empty()) survey.lidar_channel = event->channel;
+    surveyor.take(*event);
   }
-  require(events > 0, path + ": has no complete LCM event");
-  if (survey.lidar_channel.empty()) {
-    NameList seen;
-    for (const auto& [name, channel] : survey.channels) {
-      seen.add(name + " (" + channel.fingerprint + ")");
-    }
-    throw std::invalid_argument(path + ": no laser among its channels: " + seen.text() +
-                                ". Describe them in a copy of config/foreign.toml and pass it with "
-                                "--foreign");
-  }
-  if (survey.channels.size() == kMostChannels) {
-    survey.notes.emplace_back("more than 10000 channels: the rest is left out");
-  }
-  survey.stopped_us = times.stopped_us();
-  constexpr int64_t kWorthANote = 10;
-  if (times.invalid() >= kWorthANote) {
-    survey.notes.push_back("the event times of " + std::to_string(times.invalid()) + " of " +
-                           std::to_string(events) +
-                           " events stand still or jump: only the messages' own stamps are used "
-                           "there");
-  }
-  judge_stamps(survey, offsets);
-  if (survey.stamps_are_unusable) return survey;
-  compare_clocks(survey, offsets);
-  compare_rates(survey, drifts);
-  return survey;
+  return surveyor.survey(path);
 }
 
 }  // namespace marco

@@ -7,6 +7,7 @@
 #include "common/files/text_fields.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
+#include "lcmtypes/channels.hpp"
 
 namespace marco::files {
 namespace {
@@ -65,7 +66,7 @@ class ThesisReader : public QueuedReader {
     if (is_b_) {
       drop_repeated_end();
       SensorInfo base;
-      base.channel = "PANTILT_STATE";
+      base.channel = channels::kPanTiltState;
       queue(base);
       info.mount = SensorInfo::Mount::pantilt;
       info.parent_from_sensor = make_pose3({0.045, 0.0, 0.008});  // thesis B, app. D

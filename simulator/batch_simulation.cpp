@@ -2,12 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "lcm_tools/base/check.hpp"
 #include "lcmtypes/channels.hpp"
 
 namespace marco::sim {
 namespace {
+
+double draw_sign(std::mt19937_64& random) {
+  return std::uniform_real_distribution<double>(-1.0, 1.0)(random) < 0.0 ? -1.0 : 1.0;
+}
+
+double draw_slip_m(const OdometryOptions& options, std::mt19937_64& random) {
+  if (options.slip_every_m <= 0.0) return std::numeric_limits<double>::infinity();
+  return std::exponential_distribution<double>(1.0 / options.slip_every_m)(random);
+}
 
 // A smooth floor that is level almost nowhere: roll and pitch as -1..1 of their limit.
 Eigen::Vector2d floor_slope(const Eigen::Vector2d& at) {
@@ -32,6 +42,93 @@ bool sweeps(const Tour& tour) {
 }
 
 }  // namespace
+
+OdometryModel::OdometryModel(const OdometryOptions& options,
+                             const Pose2& world_from_robot,
+                             std::mt19937_64& random)
+    : options_(options),
+      distance_scale_(1.0 + draw_sign(random) * options.distance_error),
+      turn_scale_(1.0 + draw_sign(random) * options.turn_error),
+      drift_rad_per_m_(draw_sign(random) * deg_to_rad(options.drift_deg_per_m)),
+      to_next_slip_m_(draw_slip_m(options, random)),
+      world_from_robot_(world_from_robot) {
+  validate(options, "odometry");
+}
+
+const Pose2& OdometryModel::move_to(const Pose2& world_from_robot, std::mt19937_64& random) {
+  const Pose2 step = between(world_from_robot_, world_from_robot);
+  world_from_robot_ = world_from_robot;
+  const double distance_m = step.translation_m().norm();
+  odom_from_robot_ =
+      odom_from_robot_ * Pose2{distance_scale_ * step.x_m, distance_scale_ * step.y_m,
+                               turn_scale_ * step.theta_rad + drift_rad_per_m_ * distance_m};
+  to_next_slip_m_ -= distance_m;
+  if (to_next_slip_m_ <= 0.0) {
+    odom_from_robot_ =
+        odom_from_robot_ *
+        Pose2{options_.slip_m, 0.0, draw_sign(random) * deg_to_rad(options_.slip_turn_deg)};
+    to_next_slip_m_ = draw_slip_m(options_, random);
+  }
+  return odom_from_robot_;
+}
+
+LoggerModel::LoggerModel(const LoggerOptions& options, const LaserOptions& laser)
+    : options_(options), laser_(laser), beam_times_(named(options.beam_times)) {
+  validate(options, "logger");
+}
+
+LoggerModel::BeamTimes LoggerModel::named(const std::string& name) {
+  if (name == "right") return BeamTimes::right;
+  if (name == "milliseconds") return BeamTimes::milliseconds;
+  if (name == "reversed") return BeamTimes::reversed;
+  if (name == "equal") return BeamTimes::equal;
+  require(name == "missing", "logger.beam_times '" + name +
+                                 "': expected right, milliseconds, reversed, equal or missing");
+  return BeamTimes::missing;
+}
+
+double LoggerModel::measured_s(double said_s) const {
+  return beam_times_ == BeamTimes::reversed ? laser_.scan_duration_s - said_s : said_s;
+}
+
+double LoggerModel::told_duration_s() const {
+  return beam_times_ == BeamTimes::right ? laser_.scan_duration_s : 0.0;
+}
+
+std::optional<Utime> LoggerModel::stamp(Utime start, double began_s, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  std::normal_distribution<double> noise(0.0, 1.0);
+  if (options_.dropped_scans > 0.0 && uniform(random) < options_.dropped_scans) return {};
+  Utime stamp = start + Duration::from_seconds((1.0 + options_.clock_drift) * began_s +
+                                               options_.stamp_late_s);
+  if (options_.stamp_jitter_s > 0.0) {
+    stamp = stamp + Duration::from_seconds(options_.stamp_jitter_s * noise(random));
+  }
+  if (options_.burst_part > 0.0 && uniform(random) < options_.burst_part) {
+    stamp = last_stamp_.value_or(start) + Duration::from_us(1000);
+  }
+  last_stamp_ = stamp;
+  return stamp;
+}
+
+float LoggerModel::told_offset_s(int beam) const {
+  constexpr double kMicrosecondsInAMillisecond = 1000.0;
+  const double offset_s = (1.0 + options_.clock_drift) * laser_.time_of_beam_s(beam);
+  if (beam_times_ == BeamTimes::equal) return 0.0F;
+  if (beam_times_ == BeamTimes::milliseconds) {
+    return static_cast<float>(offset_s / kMicrosecondsInAMillisecond);
+  }
+  return static_cast<float>(offset_s);
+}
+
+std::vector<LaserScan> LoggerModel::messages(const LaserScan& scan) const {
+  if (beam_times_ == BeamTimes::missing) return {scan};
+  LaserScan raw = scan;
+  raw.channel = channels::kLidarRaw;
+  for (int beam = 0; beam < laser_.beams; ++beam) raw.time_offsets_s.push_back(told_offset_s(beam));
+  if (beam_times_ == BeamTimes::right) return {raw, scan};
+  return {raw};
+}
 
 BatchSimulation::BatchSimulation(const RayCaster& rays,
                                  const Tour& tour,

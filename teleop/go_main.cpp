@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/base/format.hpp"
 #include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/exit_code.hpp"
@@ -110,11 +111,9 @@ int drive(process::LcmBus& bus, const Eigen::Vector2d& goal_m) {
     fail("stopped");
     return process::kExitSignal + process::stopped_by();
   }
-  char left[64];
-  std::snprintf(left, sizeof left, "%.2f m from the goal", left_m.norm());
-  if (!drive.why_ended().empty())
-    return fail(std::string("ended ") + left + ": " + drive.why_ended());
-  print(stdout, "there: %s\n", left);
+  const std::string left = format("%.2f m from the goal", left_m.norm());
+  if (!drive.why_ended().empty()) return fail("ended " + left + ": " + drive.why_ended());
+  print(stdout, "there: %s\n", left.c_str());
   return process::kExitDone;
 }
 

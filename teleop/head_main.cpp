@@ -4,6 +4,7 @@
 
 #include "common/pose2.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "lcm_tools/base/format.hpp"
 #include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/exit_code.hpp"
@@ -28,10 +29,8 @@ void send(process::LcmBus& bus, PanTiltCommand command) {
 }
 
 std::string angles(const PanTiltState& state) {
-  char text[64];
-  std::snprintf(text, sizeof text, "pan %.1f, tilt %.1f degrees", rad_to_deg(state.pan_rad),
+  return format("pan %.1f, tilt %.1f degrees", rad_to_deg(state.pan_rad),
                 rad_to_deg(state.tilt_rad));
-  return text;
 }
 
 int fail(const std::string& why) {

@@ -2,22 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "lcm_tools/base/format.hpp"
+
 namespace marco::teleop {
 namespace {
-
-template <class... Arguments>
-std::string format(const char* pattern, Arguments... arguments) {
-  char text[200];
-  std::snprintf(text, sizeof(text), pattern, arguments...);
-  return text;
-}
 
 std::string pose_text(const char* whose, const Pose2& pose) {
   return format("%s %7.2f %7.2f m %6.1f deg", whose, pose.x_m, pose.y_m,

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::teleop {
 namespace {
@@ -15,6 +16,45 @@ constexpr double kLegPatienceS = 120.0;
 constexpr double kBlockedS = 2.0;
 
 }  // namespace
+
+void TourLinks::on_base(const BaseStatus& status, Utime now) {
+  base_ = status;
+  base_heard_ = now;
+}
+
+void TourLinks::on_head(const PanTiltState& state, Utime now) {
+  head_ = state;
+  head_heard_ = now;
+}
+
+std::string TourLinks::trouble(double patience_s, Utime now) {
+  if (began_ == Utime{}) began_ = now;
+  const auto silent = [&](Utime heard) {
+    return (now - std::max(heard, began_)).seconds() > patience_s;
+  };
+  if (silent(base_heard_)) return "no data from the base";
+  if (needs_head_ && silent(head_heard_)) return "no data from the pan-tilt";
+  const bool down = base_ && base_->link != BaseStatus::Link::up;
+  if (down && (now - began_).seconds() > patience_s) {
+    return "the base's link is lost: " + base_->note;
+  }
+  return "";
+}
+
+bool TourLinks::ready() const {
+  return base_ && base_->link == BaseStatus::Link::up && (!needs_head_ || head_);
+}
+
+void ScanRate::on_scan(Utime now) {
+  const double period_s = (now - last_scan_).seconds();
+  last_scan_ = now;
+  if (period_s <= 0.005 || period_s >= 2.0) return;
+  period_s_ = period_s_ == 0.0 ? period_s : 0.95 * period_s_ + 0.05 * period_s;
+}
+
+double ScanRate::scans_per_s(double until_known) const {
+  return period_s_ > 0.0 ? 1.0 / period_s_ : until_known;
+}
 
 TourRunner::TourRunner(const sim::Tour& tour, const TourOptions& options)
     : tour_(tour), options_(options), id_(1) {
@@ -42,11 +82,9 @@ std::string TourRunner::state() const {
   if (outcome_ != Outcome::running) return why_;
   if (place_.step >= tour_.steps.size()) return "nothing to do";
   const sim::TourStep& step = current();
-  char text[160];
   std::string what = step.kind;
   if (step.kind == "go") {
-    std::snprintf(text, sizeof(text), " %.1f %.1f", step.to_m[0], step.to_m[1]);
-    what += text;
+    what += format(" %.1f %.1f", step.to_m[0], step.to_m[1]);
   } else if (step.kind == "sweep") {
     what += " " + std::to_string(std::min(place_.pan + 1, step.pans_deg.size())) + " of " +
             std::to_string(step.pans_deg.size());

@@ -22,7 +22,7 @@ SETTINGS, ONE_USER, LONG_FUNCTIONS = "settings", "headers_with_one_user", "funct
 # Device emulators by name or folder, and the parts that only they use.
 EMULATOR = re.compile(
     r"^(drivers|simulator)/.*emulat|^simulator/devices/|"
-    r"^drivers/(base/lagging_wheel|hcs12/(firmware|sonar_sequencer)|hokuyo/(mirror|scip1)|laser/laser_world|"
+    r"^drivers/(base/lagging_wheel|hcs12/firmware|hokuyo/mirror|laser/laser_world|"
     r"p2os/(camera_head|requested_packets)|sick/mirror|transport/simulated_line)\.")
 
 

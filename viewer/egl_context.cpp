@@ -3,19 +3,18 @@
 #include <EGL/eglext.h>
 
 #include <array>
-#include <cstdio>
 #include <cstring>
 #include <stdexcept>
 
+#include "lcm_tools/base/format.hpp"
 #include "viewer/gl_context.hpp"
 
 namespace marco::viewer {
 namespace {
 
 [[noreturn]] void fail(const std::string& what) {
-  char code[32];
-  std::snprintf(code, sizeof code, " (EGL error 0x%x)", static_cast<unsigned>(eglGetError()));
-  throw std::runtime_error(what + code);
+  throw std::runtime_error(what +
+                           format(" (EGL error 0x%x)", static_cast<unsigned>(eglGetError())));
 }
 
 bool has(const char* extensions, const char* name) {

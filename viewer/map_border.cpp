@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::viewer {
 namespace {
@@ -24,10 +24,8 @@ std::vector<double> ticks(double from_m, double to_m, double step_m) {
 }
 
 std::string tick_label(double value_m, double step_m) {
-  char text[32];
   const double rounded = std::round(value_m / step_m) * step_m;
-  std::snprintf(text, sizeof text, "%g", rounded == 0.0 ? 0.0 : rounded);
-  return text;
+  return format("%g", rounded == 0.0 ? 0.0 : rounded);
 }
 
 }  // namespace
@@ -148,12 +146,7 @@ double round_length(double length) {
 }
 
 std::string length_label(double length_m) {
-  char text[32];
-  if (length_m < 1.0)
-    std::snprintf(text, sizeof text, "%.0f cm", 100.0 * length_m);
-  else
-    std::snprintf(text, sizeof text, "%g m", length_m);
-  return text;
+  return length_m < 1.0 ? format("%.0f cm", 100.0 * length_m) : format("%g m", length_m);
 }
 
 }  // namespace marco::viewer

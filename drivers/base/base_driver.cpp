@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
+
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::drivers {
 namespace {
@@ -179,9 +180,7 @@ void BaseDriver::brake(const std::string& note, Utime now) {
 }
 
 void BaseDriver::on_hang(double seconds, Utime now) {
-  char text[64];
-  std::snprintf(text, sizeof text, "the driver hung for %.1f s: stopped", seconds);
-  brake(text, now);
+  brake(format("the driver hung for %.1f s: stopped", seconds), now);
   tell(now);
 }
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "common/pose2.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::drivers::cola {
 namespace {
@@ -26,11 +26,7 @@ std::string word_of(const std::string& text, std::size_t index) {
   return at == std::string::npos ? "" : text.substr(at, text.find(' ', at) - at);
 }
 
-std::string with_length(const std::string& text) {
-  char length[16];
-  std::snprintf(length, sizeof(length), "%zX ", text.size());
-  return length + text;
-}
+std::string with_length(const std::string& text) { return format("%zX ", text.size()) + text; }
 
 }  // namespace
 

@@ -1,10 +1,10 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "drivers/cola/codec.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::drivers::cola {
 namespace {
@@ -90,16 +90,10 @@ std::vector<Channel> read_channels(Words& words, uint32_t largest) {
   return channels;
 }
 
-void write(std::string& text, uint32_t number) {
-  char word[16];
-  std::snprintf(word, sizeof(word), " %X", number);
-  text += word;
-}
+void write(std::string& text, uint32_t number) { text += format(" %X", number); }
 
 void write_real(std::string& text, double value) {
-  char word[16];
-  std::snprintf(word, sizeof(word), " %08X", std::bit_cast<uint32_t>(static_cast<float>(value)));
-  text += word;
+  text += format(" %08X", std::bit_cast<uint32_t>(static_cast<float>(value)));
 }
 
 void write_text(std::string& text, const std::string& what) {

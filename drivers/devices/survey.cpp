@@ -2,22 +2,115 @@
 
 #include <signal.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <memory>
+#include <stdexcept>
+#include <string_view>
 
+#include "drivers/cola/driver.hpp"
 #include "drivers/devices/questions.hpp"
+#include "drivers/hokuyo/driver.hpp"
+#include "drivers/ldlidar/driver.hpp"
+#include "drivers/leuze/driver.hpp"
+#include "drivers/rplidar/driver.hpp"
 #include "drivers/transport/port_advice.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "drivers/ydlidar/driver.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::drivers::devices {
 namespace {
 
 namespace fs = std::filesystem;
+
+std::string first_line(const fs::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  return line;
+}
+
+struct Maker {
+  std::string_view id;  ///< of its maker, or of one product
+  std::string_view what;
+};
+
+// Bridges that lasers and bases are sold with, boards of home-made bases, Hokuyo's own.
+constexpr std::array kAsked{
+    std::string_view("10c4:ea60"), std::string_view("0403:"),     std::string_view("067b:"),
+    std::string_view("1a86:"),     std::string_view("0483:5740"), std::string_view("15d1:"),
+    std::string_view("2341:"),     std::string_view("2a03:"),     std::string_view("303a:"),
+    std::string_view("2e8a:"),     std::string_view("16c0:")};
+constexpr std::array kLeftAlone{Maker{"1546:", "a u-blox satellite receiver"},
+                                Maker{"091e:", "a Garmin satellite receiver"},
+                                Maker{"12d1:", "a modem"},
+                                Maker{"1199:", "a modem"},
+                                Maker{"2c7c:", "a modem"},
+                                Maker{"1bc7:", "a modem"},
+                                Maker{"19d2:", "a modem"},
+                                Maker{"1e0e:", "a modem"}};
+
+constexpr double kPatienceS = 10.0;
+constexpr int kHokuyoBaud = 115'200;  // its fastest on RS-232
+constexpr int kScans = 5;             // the first is not whole, or late
+
+std::unique_ptr<LaserDriver> driver_of(Kind laser,
+                                       int baud,
+                                       ByteStream& stream,
+                                       const Clock& clock) {
+  if (laser == Kind::ldlidar) {
+    return std::make_unique<ldlidar::LdlidarDriver>(stream, ldlidar::LdlidarOptions{}, clock);
+  }
+  if (laser == Kind::ydlidar) {
+    return std::make_unique<ydlidar::YdlidarDriver>(stream, ydlidar::YdlidarOptions{}, clock);
+  }
+  if (laser == Kind::rplidar) {
+    rplidar::RplidarOptions options;
+    options.baud = baud;
+    return std::make_unique<rplidar::RplidarDriver>(stream, options, clock);
+  }
+  if (laser == Kind::hokuyo) {
+    hokuyo::HokuyoOptions options;
+    // One on USB understands at any rate, and knows none. TCP has none.
+    options.baud = baud == kHokuyoBaud || baud == 0 ? 0 : kHokuyoBaud;
+    return std::make_unique<hokuyo::HokuyoDriver>(stream, options, clock);
+  }
+  if (laser == Kind::cola) {
+    return std::make_unique<cola::ColaDriver>(stream, cola::ColaOptions{}, clock);
+  }
+  leuze::LeuzeOptions options;
+  options.baud = baud;
+  return std::make_unique<leuze::LeuzeDriver>(stream, options, clock);
+}
+
+// Lets the driver run until some scans came, ten seconds at most, then stops the laser. Throws
+// StreamLost.
+LaserTrial try_laser(ByteStream& stream, const Clock& clock, Kind laser, int baud) {
+  if (!may_be_tried(laser)) throw std::logic_error("no trial for this laser");
+  const auto driver = driver_of(laser, baud, stream, clock);
+  LaserTrial trial;
+  const Utime begin = clock();
+  Utime first, last;
+  int scans = 0;
+  while (scans < kScans && (clock() - begin).seconds() < kPatienceS) {
+    for (const ArrivedScan& arrived : driver->step()) {
+      if (++scans == 1) first = arrived.scan.utime;
+      last = arrived.scan.utime;
+      trial.beams = arrived.scan.size();
+    }
+  }
+  if (scans > 1 && last > first) trial.scans_per_s = (scans - 1) / (last - first).seconds();
+  trial.state = driver->state();
+  driver->stop();
+  return trial;
+}
 
 /// Modem programs leave a file with their process number instead of a kernel's lock.
 std::string holder_by_lock_file(const std::string& path) {
@@ -33,11 +126,7 @@ std::string holder_by_lock_file(const std::string& path) {
   return {};
 }
 
-std::string text_of(double value, int decimals) {
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.*f", decimals, value);
-  return text;
-}
+std::string text_of(double value, int decimals) { return format("%.*f", decimals, value); }
 
 /// Of a device on TCP: nothing.
 std::string at_baud(int baud) { return baud > 0 ? " at " + std::to_string(baud) : ""; }
@@ -93,6 +182,39 @@ std::string stranger_text(const PortReport& report) {
 }
 
 }  // namespace
+
+PortIdentity identify_port(const std::string& path, const std::string& classes) {
+  std::error_code error;
+  const fs::path port = fs::weakly_canonical(path, error);
+  fs::path folder = fs::canonical(fs::path(classes) / port.filename() / "device", error);
+  if (error) return {};
+  for (; folder.has_relative_path(); folder = folder.parent_path()) {
+    if (!fs::exists(folder / "idVendor", error)) continue;
+    return {first_line(folder / "idVendor") + ":" + first_line(folder / "idProduct"),
+            first_line(folder / "manufacturer"), first_line(folder / "product"),
+            first_line(folder / "serial")};
+  }
+  return {};
+}
+
+std::string describe(const PortIdentity& identity) {
+  if (identity.usb_id.empty()) return {};
+  std::string text = "USB " + identity.usb_id;
+  if (!identity.product.empty()) text += ", " + identity.product;
+  return text;
+}
+
+std::string why_not_asked(const PortIdentity& identity) {
+  if (identity.usb_id.empty()) return "it is not on USB, so any device may be there";
+  const auto begins = [&identity](std::string_view id) { return identity.usb_id.starts_with(id); };
+  for (const Maker& maker : kLeftAlone) {
+    if (begins(maker.id)) return "USB " + identity.usb_id + " is " + std::string(maker.what);
+  }
+  if (std::any_of(kAsked.begin(), kAsked.end(), begins)) return {};
+  return "USB " + identity.usb_id + " is unknown to Marco";
+}
+
+bool may_be_tried(Kind laser) { return is_laser(laser) && laser != Kind::sick; }
 
 std::vector<Port> ports_here(const std::string& folder, const std::string& classes) {
   std::vector<Port> ports;

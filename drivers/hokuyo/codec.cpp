@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstdio>
 #include <utility>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::drivers::hokuyo {
 namespace {
@@ -149,17 +149,13 @@ std::optional<Reply> ReplyParser::finish() {
 }
 
 std::string ScanRequest::line() const {
-  char text[32];
   const char kind = stream ? (all_echoes ? 'N' : 'M') : (all_echoes ? 'H' : 'G');
   const char code = intensities ? 'E' : characters == 3 ? 'D' : 'S';
   if (stream) {
-    std::snprintf(text, sizeof(text), "%c%c%04d%04d%02d%01d%02d", kind, code, first_step, last_step,
-                  cluster, skip, count);
-  } else {
-    std::snprintf(text, sizeof(text), "%c%c%04d%04d%02d", kind, code, first_step, last_step,
-                  cluster);
+    return format("%c%c%04d%04d%02d%01d%02d", kind, code, first_step, last_step, cluster, skip,
+                  count);
   }
-  return text;
+  return format("%c%c%04d%04d%02d", kind, code, first_step, last_step, cluster);
 }
 
 std::optional<ScanRequest> parse_scan_request(std::string_view line) {

@@ -1,12 +1,15 @@
 #include "drivers/hokuyo/driver.hpp"
 
-#include <cstdio>
+#include <numbers>
 
 #include "drivers/laser/laser_state.hpp"
 #include "drivers/transport/paced_output.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::drivers::hokuyo {
 namespace {
+
+constexpr uint32_t kStampMask = 0xFFFFFF;
 
 constexpr Duration kPatience = Duration::from_us(250'000);
 constexpr int kTries = 3;
@@ -15,6 +18,59 @@ constexpr const char* kUnknown = "0E";
 constexpr std::size_t kLongestReplyBytes = 2500;
 
 }  // namespace
+
+void ScanAssembler::start(const Parameters& parameters, int cluster, int skip) {
+  parameters_ = parameters;
+  request_ = {true, 3, parameters.first_step, parameters.last_step, cluster, skip, 0};
+}
+
+void ScanAssembler::restart_clock() {
+  filter_.reset();
+  device_ms_ = 0;
+}
+
+double ScanAssembler::scan_duration_s() const {
+  return step_s() * (parameters_.last_step - parameters_.first_step);
+}
+
+double ScanAssembler::from_rear_s(int step) const {
+  const int rear_step = parameters_.front_step - parameters_.steps_per_turn / 2;
+  return step_s() * (step - rear_step);
+}
+
+void ScanAssembler::add(const Reply& reply, Utime end, Utime arrival) {
+  const auto measured = decode_measurement(reply, request_);
+  if (!measured) {
+    ++counts_.drops["inconsistent"];
+    return;
+  }
+  ++counts_.scans;
+  device_ms_ += device_ms_ == 0 ? 1 : (measured->timestamp_ms - last_stamp_ms_) & kStampMask;
+  last_stamp_ms_ = measured->timestamp_ms;
+  // The stamp is of the rear, before the first beam; the reply leaves after the last one.
+  const Utime rear = end - Duration::from_seconds(from_rear_s(request_.last_step));
+  const Utime filtered = filter_.update(static_cast<double>(device_ms_) * 1e-3, rear);
+  ready_.push_back({scan_of(*measured, filtered), arrival});
+}
+
+LaserScan ScanAssembler::scan_of(const Measurement& measured, Utime rear) const {
+  LaserScan scan;
+  const double step_rad = 2.0 * std::numbers::pi / parameters_.steps_per_turn;
+  // A merged beam stands for the middle of its steps.
+  const double middle = 0.5 * (request_.cluster - 1);
+  scan.utime = rear + Duration::from_seconds(from_rear_s(request_.first_step) + middle * step_s());
+  scan.first_bearing_rad = (request_.first_step - parameters_.front_step + middle) * step_rad;
+  scan.bearing_step_rad = step_rad * request_.cluster;
+  const auto beyond_m = static_cast<float>(0.001 * parameters_.range_max_mm);
+  const double beam_s = step_s() * request_.cluster;
+  for (const uint32_t value_mm : measured.values_mm) {
+    const bool code = value_mm < static_cast<uint32_t>(parameters_.range_min_mm);
+    const bool beyond = value_mm > static_cast<uint32_t>(parameters_.range_max_mm);
+    scan.time_offsets_s.push_back(static_cast<float>(beam_s * static_cast<double>(scan.size())));
+    scan.ranges_m.push_back(code ? 0.0f : beyond ? beyond_m : static_cast<float>(value_mm * 0.001));
+  }
+  return scan;
+}
 
 HokuyoDriver::HokuyoDriver(ByteStream& stream, const HokuyoOptions& options, Clock clock)
     : Dialogue(stream, std::move(clock)),
@@ -34,11 +90,8 @@ LaserProperties HokuyoDriver::properties() const {
 
 std::string HokuyoDriver::request_of(Phase phase) const {
   switch (phase) {
-    case Phase::changing_baud: {
-      char text[16];
-      std::snprintf(text, sizeof(text), "SS%06d", options_.baud);
-      return text;
-    }
+    case Phase::changing_baud:
+      return format("SS%06d", options_.baud);
     case Phase::asking_parameters:
       return "PP";
     case Phase::laser_on:

@@ -1,23 +1,103 @@
 #include "drivers/hokuyo/emulator.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <utility>
 
-#include "drivers/hokuyo/scip1.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::drivers::hokuyo {
 namespace {
 
 constexpr std::size_t kMaxRequestLine = 64;
+constexpr int kLastStep = 768;
+constexpr long kLargestMm = 4095;
+constexpr std::array kBauds{19'200, 57'600, 115'200};
 
-std::string six_digits(uint32_t milliseconds) {
-  char text[16];
-  std::snprintf(text, sizeof(text), "%06X", milliseconds & 0xFFFFFFU);
-  return text;
+// The nearest of the merged steps; 0 where the laser does not look.
+uint32_t nearest_mm(const std::vector<double>& ranges_m, int from, int to, int range_min_mm) {
+  uint32_t least = 0;
+  for (int i = std::max(0, from); i < std::min(to, static_cast<int>(ranges_m.size())); ++i) {
+    const double range_m = ranges_m[static_cast<std::size_t>(i)];
+    if (!std::isfinite(range_m)) continue;
+    const long mm = std::lround(range_m * 1000.0);
+    if (mm < range_min_mm || mm > kLargestMm) continue;
+    least = least == 0 ? static_cast<uint32_t>(mm) : std::min(least, static_cast<uint32_t>(mm));
+  }
+  return least;
 }
+
+std::string scan_lines(
+    const HokuyoMirror& mirror, int first_step, int last_step, int cluster, Utime now) {
+  const Parameters& parameters = mirror.parameters();
+  const int seen_first = std::max(first_step, parameters.first_step);
+  const int seen_last = std::min(last_step, parameters.last_step);
+  const std::vector<double> ranges_m =
+      mirror.ranges_m(seen_first, seen_last, mirror.turn_after(now));
+  std::string values;
+  for (int step = first_step; step <= last_step; step += cluster) {
+    const int end = std::min(step + cluster, last_step + 1);
+    values += encode_number(
+        nearest_mm(ranges_m, step - seen_first, end - seen_first, parameters.range_min_mm), 2);
+  }
+  std::string lines;
+  for (std::size_t at = 0; at < values.size(); at += kBlock) {
+    lines += values.substr(at, kBlock) + "\n";
+  }
+  return lines;
+}
+
+/// What the emulated laser replies to a request of SCIP 1.1, and does.
+struct Scip1Answer {
+  std::string text;
+  bool scan = false;             ///< a scan: sent when the turn that measures it has ended
+  bool leave = false;            ///< from now on it speaks SCIP 2.0
+  std::optional<bool> laser_on;  ///< switched
+  int baud = 0;                  ///< to change to; 0 = none
+};
+
+/// SCIP 1.1, the protocol of the first URG-04LX: echo, one character of status, data without
+/// checksums, an empty line. Distances have two characters.
+/// @param has_baud  on RS-232, where the speed can be changed
+Scip1Answer answer_scip1(const std::string& line,
+                         const HokuyoMirror& mirror,
+                         bool has_baud,
+                         Utime now) {
+  Scip1Answer answer;
+  std::string status = "0", data;
+  int first = 0, last = 0, cluster = 0, used = 0;
+  char command[2] = "";
+  if (line == "SCIP2.0") {
+    answer.leave = true;
+  } else if (line == "V") {
+    data =
+        "VEND:Hokuyo Automatic Co.,Ltd.\nPROD:SOKUIKI Sensor URG-04LX\nFIRM:1.1.00\n"
+        "PROT:00003,(SCIP 1.0)\nSERI:H0000001\nSTAT:Sensor works well.\n";
+  } else if (line == "L0" || line == "L1") {
+    answer.laser_on = line == "L1";
+  } else if (line.size() == 14 && line[0] == 'S' && has_baud) {
+    const int baud = std::atoi(line.substr(1, 6).c_str());
+    const bool known = std::find(kBauds.begin(), kBauds.end(), baud) != kBauds.end();
+    answer.baud = known ? baud : 0;
+    if (!known) status = "E";
+  } else if (std::sscanf(line.c_str(), "%1[G]%3d%3d%2d%n", command, &first, &last, &cluster,
+                         &used) == 4 &&
+             used == 9 && line.size() == 9 && first <= last && last <= kLastStep) {
+    data = scan_lines(mirror, first, last, std::max(1, cluster), now);
+    answer.scan = true;
+  } else {
+    status = "E";
+  }
+  answer.text = line + "\n" + status + "\n" + data + "\n";
+  return answer;
+}
+
+std::string six_digits(uint32_t milliseconds) { return format("%06X", milliseconds & 0xFFFFFFU); }
 
 }  // namespace
 
@@ -158,9 +238,7 @@ std::string HokuyoEmulator::handle_time(const std::string& line) {
 void HokuyoEmulator::handle_speed(const std::string& line, const std::string& tag, Utime now) {
   int baud = 0;
   for (const int one : {19'200, 38'400, 57'600, 115'200, 250'000, 500'000, 750'000}) {
-    char name[16];
-    std::snprintf(name, sizeof(name), "SS%06d", one);
-    if (line == name) baud = one;
+    if (line == format("SS%06d", one)) baud = one;
   }
   answer({line, baud == 0 ? "03" : "00", {}}, tag, now);
   if (baud != 0 && speed_.baud != 0) speed_.after_reply = baud;

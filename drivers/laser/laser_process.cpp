@@ -2,11 +2,13 @@
 
 #include <spdlog/spdlog.h>
 
+#include <chrono>
+#include <map>
 #include <optional>
 #include <utility>
 
 #include "common/pose2.hpp"
-#include "drivers/laser/laser_session.hpp"
+#include "drivers/laser/regular_scan.hpp"
 #include "drivers/process/driver_loop.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
@@ -16,6 +18,108 @@
 
 namespace marco::drivers {
 namespace {
+
+using std::chrono::steady_clock;
+// Range noise makes every scan differ from the last. Ten equal scans mean a frozen device.
+constexpr int kStuckAfter = 10;
+// After a stall the kernel's buffers hold bytes of unknown age. kDrain is enough to read them out.
+constexpr std::chrono::milliseconds kStall{500}, kDrain{300};
+
+/// Steps one laser driver and publishes its scans: lidar_raw_t with the time of every beam first,
+/// then planar_lidar_t with the same utime.
+class LaserSession final : public DeviceSession {
+ public:
+  /// Outlives the session.
+  struct Outlet {
+    process::Bus& bus;
+    process::DropCounter& drops;
+    const LaserProcess& laser;
+    std::optional<LaserProperties>& properties;  ///< kept up to date for SENSOR_INFO
+  };
+
+  /// @param stream  the driver's; outlives the session.
+  LaserSession(ByteStream& stream, std::unique_ptr<LaserDriver> driver, Outlet outlet);
+
+  void step() override;
+  std::string state() const override;
+  bool answers() const override { return driver_->answers(); }
+  void stop() override { driver_->stop(); }
+
+ private:
+  void flush_input();
+  void watch(const LaserScan& scan);
+  void publish(ArrivedScan& arrived);
+  void count_drops();
+
+  ByteStream& stream_;
+  std::unique_ptr<LaserDriver> driver_;
+  Outlet outlet_;
+  std::map<std::string, int64_t> counted_drops_;
+  std::vector<float> last_ranges_m_;
+  int repetitions_ = 0;  ///< of the same ranges
+  std::chrono::steady_clock::time_point last_step_;
+};
+
+LaserSession::LaserSession(ByteStream& stream, std::unique_ptr<LaserDriver> driver, Outlet outlet)
+    : stream_(stream),
+      driver_(std::move(driver)),
+      outlet_(outlet),
+      last_step_(steady_clock::now()) {
+  outlet_.properties = driver_->properties();
+}
+
+void LaserSession::step() {
+  std::vector<ArrivedScan> scans = driver_->step();
+  const auto now = steady_clock::now();
+  if (now - std::exchange(last_step_, now) > kStall) {  // most likely while it waited for bytes
+    flush_input();
+    scans.clear();
+  }
+  for (ArrivedScan& arrived : scans) publish(arrived);
+  count_drops();
+  outlet_.properties = driver_->properties();
+}
+
+std::string LaserSession::state() const {
+  if (repetitions_ < kStuckAfter) return driver_->state();
+  return driver_->state() + ", but stuck: repeats the same scan " +
+         std::to_string(repetitions_ + 1) + " times";
+}
+
+void LaserSession::flush_input() {
+  outlet_.drops.count_received();
+  outlet_.drops.count("this process stalled: queued input is too old");
+  const auto until = steady_clock::now() + kDrain;
+  uint8_t old[4096];
+  while (steady_clock::now() < until) stream_.read(old, std::chrono::milliseconds(20));
+  driver_->on_input_flushed();
+  last_step_ = steady_clock::now();
+}
+
+void LaserSession::watch(const LaserScan& scan) {
+  repetitions_ = scan.ranges_m == last_ranges_m_ ? repetitions_ + 1 : 0;
+  if (repetitions_ == 0) last_ranges_m_ = scan.ranges_m;
+}
+
+void LaserSession::publish(ArrivedScan& arrived) {
+  outlet_.drops.count_received();
+  watch(arrived.scan);
+  const std::string lidar = channels::lidar_of(outlet_.laser.place.channel);
+  lidar_raw_t raw = to_raw_message(arrived.scan);
+  if (arrived.intensities.size() == arrived.scan.size()) raw.intensities = arrived.intensities;
+  outlet_.bus.publish(channels::raw_channel_of(lidar), raw);
+  outlet_.bus.publish(lidar, to_message(regular_scan(arrived.scan)));
+  add_latency((wall_now() - arrived.arrival).seconds());
+}
+
+void LaserSession::count_drops() {
+  for (const auto& [cause, count] : driver_->counts().drops) {
+    for (int64_t& counted = counted_drops_[cause]; counted < count; ++counted) {
+      outlet_.drops.count_received();
+      outlet_.drops.count(cause);
+    }
+  }
+}
 
 /// A line without a device, for a driver that only checks its options.
 class NoLine final : public ByteStream {

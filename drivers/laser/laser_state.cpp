@@ -1,15 +1,12 @@
 #include "drivers/laser/laser_state.hpp"
 
-#include <cstdio>
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::drivers {
 
 std::string describe_scans(const LaserCounts& counts, const ClockFilter& filter) {
-  char text[100];
-  std::snprintf(text, sizeof(text), "%lld scans, jitter %.2f ms, max %.2f ms",
-                static_cast<long long>(counts.scans), filter.jitter_s() * 1e3,
-                filter.max_delay_s() * 1e3);
-  return text;
+  return format("%lld scans, jitter %.2f ms, max %.2f ms", static_cast<long long>(counts.scans),
+                filter.jitter_s() * 1e3, filter.max_delay_s() * 1e3);
 }
 
 std::string with_trouble(std::string state, const LaserCounts& counts, const std::string& trouble) {

@@ -1,11 +1,11 @@
 #include "drivers/ldlidar/driver.hpp"
 
-#include <cstdio>
 #include <utility>
 
 #include "common/pose2.hpp"
 #include "drivers/laser/laser_state.hpp"
 #include "drivers/transport/paced_output.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::drivers::ldlidar {
 namespace {
@@ -87,11 +87,9 @@ void LdlidarDriver::on_answer(const Received& received, Utime read) {
 
 std::string LdlidarDriver::state() const {
   if (!heard_) return with_trouble("looking for the laser", counts(), trouble_);
-  char text[100];
-  std::snprintf(text, sizeof(text), "%.1f a second, %.0f samples a second", 1.0 / scans_.turn_s(),
-                scans_.sample_rate_hz());
-  return with_trouble("measuring, " + describe_scans(counts(), scans_.filter()) + ", " + text +
-                          ", " + std::to_string(search_.current()) + " baud",
+  return with_trouble("measuring, " + describe_scans(counts(), scans_.filter()) +
+                          format(", %.1f a second, %.0f samples a second, %d baud",
+                                 1.0 / scans_.turn_s(), scans_.sample_rate_hz(), search_.current()),
                       counts(), trouble_);
 }
 

@@ -3,10 +3,36 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/p2os/visca.hpp"
 #include "lcm_tools/base/check.hpp"
 
 namespace marco::drivers::p2os {
 namespace {
+
+constexpr double kAskEveryS = 0.25;
+constexpr int kAnswerBytes = 11;  // 90 50, four nibbles of pan, four of tilt, FF
+
+uint8_t speed_code(double rate_rad_per_s, double top_deg_per_s, int top) {
+  if (rate_rad_per_s <= 0.0) return static_cast<uint8_t>(top);
+  const double code = rad_to_deg(rate_rad_per_s) / top_deg_per_s * top;
+  return static_cast<uint8_t>(std::clamp(std::lround(code), 1L, static_cast<long>(top)));
+}
+
+int units(double angle_rad, double per_deg, int most) {
+  const double wanted = rad_to_deg(angle_rad) * per_deg;
+  return static_cast<int>(std::lround(std::clamp<double>(wanted, -most, most)));
+}
+
+Bytes to_head(const Bytes& message) {
+  return encode_command(
+      {CommandId::tty2, std::nullopt, std::string(message.begin(), message.end())});
+}
+
+// Fifteen bits, unwrapped.
+int difference(uint16_t now, uint16_t before) {
+  const int d = (now - before) & 0x7FFF;
+  return d >= 0x4000 ? d - 0x8000 : d;
+}
 
 using Link = BaseStatus::Link;
 
@@ -17,6 +43,102 @@ constexpr double kLegDeadS = 1.0;  // without motion: it is over, or never began
 int whole(double value) { return static_cast<int>(std::lround(value)); }
 
 }  // namespace
+
+Bytes HeadClient::power_on(Utime now) {
+  next_ask_ = now;
+  return to_head({0x81, 0x01, 0x04, 0x00, 0x02, kViscaEnd});
+}
+
+Bytes HeadClient::look(const PanTiltCommand& command, Utime now) {
+  next_ask_ = now + Duration::from_seconds(kAskEveryS);
+  const uint8_t pan_speed = speed_code(command.pan_rate_rad_per_s, kTopPanDegPerS, kTopPan);
+  const uint8_t tilt_speed = speed_code(command.tilt_rate_rad_per_s, kTopTiltDegPerS, kTopTilt);
+  if (command.kind == PanTiltCommand::Kind::stop) {
+    return to_head({0x81, 0x01, 0x06, 0x01, pan_speed, tilt_speed, 3, 3, kViscaEnd});
+  }
+  Bytes message{0x81, 0x01, 0x06, 0x02, pan_speed, tilt_speed};
+  put_visca_word(message, -units(command.pan_rad, kUnitsPerPanDeg, kMostPan));
+  put_visca_word(message, units(command.tilt_rad, kUnitsPerTiltDeg, kMostTilt));
+  message.push_back(kViscaEnd);
+  return to_head(message);
+}
+
+Bytes HeadClient::ask(Utime now) {
+  if (now < next_ask_) return {};
+  next_ask_ = now + Duration::from_seconds(kAskEveryS);
+  Bytes packets =
+      encode_command({CommandId::get_aux, 0, ""});  // drops its answers to the orders before
+  for (const Bytes& packet : {to_head({0x81, 0x09, 0x06, 0x12, kViscaEnd}),
+                              encode_command({CommandId::get_aux, kAnswerBytes, ""})}) {
+    packets.insert(packets.end(), packet.begin(), packet.end());
+  }
+  return packets;
+}
+
+std::optional<PanTiltState> HeadClient::decode(std::span<const uint8_t> payload, Utime arrival) {
+  if (payload.size() != 1 + kAnswerBytes || payload[1] != 0x90 || payload[2] != 0x50) {
+    return std::nullopt;
+  }
+  PanTiltState state;
+  state.utime = arrival;  // the head's own line and the robot's cycle hide when it was asked
+  state.pan_rad = -deg_to_rad(visca_word(payload, 3) / kUnitsPerPanDeg);
+  state.tilt_rad = deg_to_rad(visca_word(payload, 7) / kUnitsPerTiltDeg);
+  return state;
+}
+
+void SipOdometry::begin_leg() {
+  leg_start_ = odom_from_robot_;
+  turned_rad_ = 0.0;
+}
+
+OdometrySample SipOdometry::add(const Sip& sip, const Model& model, Utime measured) {
+  if (last_) {
+    const double mm = model.mm_per_distance * 1e-3;
+    const double dx = difference(sip.x, last_->x) * mm;
+    const double dy = difference(sip.y, last_->y) * mm;
+    const double was = last_->heading * kRadPerHeading;
+    const double turned = normalize_angle((sip.heading - last_->heading) * kRadPerHeading);
+    constexpr double kMostM = 0.6;  // in a cycle, even when some are lost
+    if (std::hypot(dx, dy) < kMostM) {
+      const double c = std::cos(was), s = std::sin(was);
+      odom_from_robot_ = odom_from_robot_ * Pose2{c * dx + s * dy, -s * dx + c * dy, turned};
+      turned_rad_ += turned;
+    }
+  }
+  last_ = sip;
+  OdometrySample sample;
+  sample.utime = measured;
+  sample.odom_from_robot = odom_from_robot_;
+  const double mm_per_s = model.mm_per_s_per_velocity;
+  sample.velocity_m_per_s = (sip.left_speed + sip.right_speed) / 2.0 * mm_per_s * 1e-3;
+  sample.yaw_rate_rad_per_s =
+      (sip.right_speed - sip.left_speed) / 2.0 * mm_per_s * model.rad_per_mm_per_s;
+  return sample;
+}
+
+void SonarCollector::fit(const Model& model) {
+  m_per_range_ = model.mm_per_range * 1e-3;
+  ring_.readings.clear();
+  reading_of_.clear();
+  for (const std::optional<Pose2>& robot_from_sonar : model.robot_from_sonar) {
+    reading_of_.push_back(robot_from_sonar ? std::optional(ring_.readings.size()) : std::nullopt);
+    if (robot_from_sonar) ring_.readings.push_back({0.0, *robot_from_sonar});
+  }
+}
+
+std::optional<SonarRing> SonarCollector::add(const Sip& sip, Utime now) {
+  constexpr double kNoEchoM = 5.0;
+  constexpr double kSixteenS = 0.4;  // four a packet
+  for (const Sip::Sonar& sonar : sip.sonars) {
+    if (sonar.number >= reading_of_.size() || !reading_of_[sonar.number]) continue;
+    const double range_m = sonar.range * m_per_range_;
+    ring_.readings[*reading_of_[sonar.number]].range_m = range_m < kNoEchoM - 0.001 ? range_m : 0.0;
+  }
+  const double ring_s = reading_of_.size() > 16 ? 2.0 * kSixteenS : kSixteenS;
+  if (ring_.readings.empty() || (now - last_ring_).seconds() < ring_s) return std::nullopt;
+  last_ring_ = ring_.utime = now;
+  return ring_;
+}
 
 P2osBase::P2osBase(const P2osOptions& options)
     : BaseDriver("p2os", options.speeds, options.guard),

@@ -1,15 +1,71 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
+#include "common/robot_values.hpp"
+#include "common/samples.hpp"
 #include "drivers/base/base_driver.hpp"
-#include "drivers/p2os/head_client.hpp"
-#include "drivers/p2os/outfit.hpp"
+#include "drivers/p2os/accessories.hpp"
+#include "drivers/p2os/codec.hpp"
+#include "drivers/p2os/models.hpp"
 #include "drivers/p2os/session.hpp"
-#include "drivers/p2os/sip_odometry.hpp"
-#include "drivers/p2os/sonar_collector.hpp"
 
 namespace marco::drivers::p2os {
+
+/// The driver's side of a camera head at the robot's second serial port: packets for the robot,
+/// which passes them on.
+class HeadClient {
+ public:
+  Bytes power_on(Utime now);
+  Bytes look(const PanTiltCommand& command, Utime now);
+  /// The question for the angles, when it is due; else empty.
+  Bytes ask(Utime now);
+  /// @param payload of a packet AUX. @returns nothing for anything but the answer.
+  static std::optional<PanTiltState> decode(std::span<const uint8_t> payload, Utime arrival);
+
+ private:
+  Utime next_ask_;
+};
+
+/// The robot's own dead reckoning, unwrapped: steps between information packets, appended to one
+/// path. Where the robot's origin is set again, nothing moves here.
+class SipOdometry {
+ public:
+  OdometrySample add(const Sip& sip, const Model& model, Utime measured);
+  /// The next packet is the first of a session.
+  void restart() { last_.reset(); }
+
+  void begin_leg();
+  /// Since begin_leg(): straight on, and turned with all whole turns.
+  double moved_m() const { return between(leg_start_, odom_from_robot_).x_m; }
+  double turned_rad() const { return turned_rad_; }
+
+ private:
+  std::optional<Sip> last_;
+  Pose2 odom_from_robot_;
+  Pose2 leg_start_;
+  double turned_rad_ = 0.0;
+};
+
+/// Collects the readings of information packets, a few at a time, to rings of all its sonars.
+class SonarCollector {
+ public:
+  explicit SonarCollector(double cone_rad) { ring_.cone_rad = cone_rad; }
+
+  /// Before the first packet.
+  void fit(const Model& model);
+  /// @returns the ring each 0.4 s, or 0.8 s of more than sixteen; never one without sonars.
+  std::optional<SonarRing> add(const Sip& sip, Utime now);
+  /// The host's clock may have been set back.
+  void forget_stamps() { last_ring_ = {}; }
+
+ private:
+  SonarRing ring_;
+  std::vector<std::optional<std::size_t>> reading_of_;  ///< by the sonar's number
+  double m_per_range_ = 0.0;
+  Utime last_ring_;
+};
 
 struct P2osOptions {
   bool sonar = true;

@@ -1,8 +1,9 @@
 #include "drivers/process/line_watch.hpp"
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
+
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::drivers {
 namespace {
@@ -82,10 +83,8 @@ std::string LineWatch::text() const {
                 : "the device powered, the cable in, TX and RX not crossed, the baud rate right?");
   }
   std::string sample;
-  char hex[8];
   for (std::size_t i = 0; i < std::min(kShownBytes, first_.size()); ++i) {
-    std::snprintf(hex, sizeof hex, " %02x", first_[i]);
-    sample += hex;
+    sample += format(" %02x", first_[i]);
   }
   return std::to_string(count_) + " bytes from " + where() + " make no telegram:" + sample +
          " ... " + guess();

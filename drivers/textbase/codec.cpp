@@ -1,8 +1,9 @@
 #include "drivers/textbase/codec.hpp"
 
 #include <charconv>
-#include <cstdio>
 #include <vector>
+
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::drivers::textbase {
 namespace {
@@ -69,9 +70,7 @@ Overloaded(Cases...) -> Overloaded<Cases...>;
 }  // namespace
 
 std::string with_sum(std::string_view text) {
-  char sum[8];
-  std::snprintf(sum, sizeof sum, "*%02X", sum_of(text));
-  return std::string(text) + sum;
+  return std::string(text) + format("*%02X", sum_of(text));
 }
 
 std::optional<Body> without_sum(std::string_view line) {

@@ -1,10 +1,9 @@
 #include "drivers/ydlidar/driver.hpp"
 
-#include <cstdio>
-
 #include "common/pose2.hpp"
 #include "drivers/laser/laser_state.hpp"
 #include "drivers/transport/paced_output.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::drivers::ydlidar {
 namespace {
@@ -166,10 +165,9 @@ std::string YdlidarDriver::state() const {
   std::string state =
       phase_ <= Phase::asking_info ? "looking for the laser" : "setting the laser up";
   if (phase_ == Phase::measuring) {
-    char rates[100];
-    std::snprintf(rates, sizeof(rates), ", %.1f a second, %.0f samples a second",
-                  1.0 / scans_.turn_s(), scans_.sample_rate_hz());
-    state = "measuring, " + describe_scans(counts(), scans_.filter()) + rates;
+    state = "measuring, " + describe_scans(counts(), scans_.filter()) +
+            format(", %.1f a second, %.0f samples a second", 1.0 / scans_.turn_s(),
+                   scans_.sample_rate_hz());
   }
   if (info_) state += ", " + model_name(info_->model);
   if (only_talks_) state += ", receives nothing";

@@ -3,16 +3,12 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "lcm_tools/schema/wire.hpp"
+
 namespace marco::logs {
 namespace {
 
 using files::LogEventHead;
-
-uint64_t read_8_bytes(const uint8_t* bytes) {
-  uint64_t value = 0;
-  for (int i = 0; i < 8; ++i) value = (value << 8U) | bytes[i];
-  return value;
-}
 
 bool is_text(std::span<const uint8_t> bytes) {
   return std::all_of(bytes.begin(), bytes.end(), [](uint8_t byte) {
@@ -21,8 +17,8 @@ bool is_text(std::span<const uint8_t> bytes) {
 }
 
 uint64_t fingerprint_of(const LogEventHead& head) {
-  if (head.first_bytes.size() < 8 || is_text(head.first_bytes)) return 0;
-  return read_8_bytes(head.first_bytes.data());
+  if (is_text(head.first_bytes)) return 0;
+  return lcm_schema::fingerprint_of(head.first_bytes).value_or(0);
 }
 
 struct Stamp {
@@ -67,8 +63,7 @@ class ChannelSurvey {
     if (longest_.size() == kKept) shortest_kept_us_ = longest_.back().length.us;
   }
   void add_stamp(const LogEventHead& head) {
-    const Stamp stamp{head.event_time.us,
-                      static_cast<int64_t>(read_8_bytes(head.first_bytes.data() + 8))};
+    const Stamp stamp{head.event_time.us, lcm_schema::load<int64_t>(head.first_bytes.data() + 8)};
     if (stamps_seen_++ > 0 && stamp.utime_us < last_utime_us_) ++info_.utime_steps_back;
     last_utime_us_ = stamp.utime_us;
     stamps_.add(stamp);

@@ -7,29 +7,17 @@
 #include <stdexcept>
 
 #include "lcm_tools/files/little_endian.hpp"
+#include "lcm_tools/files/mcap.hpp"
 
 namespace marco::logs {
 namespace {
 
+using files::kMcapMagic;
 using files::put;
+using Op = files::McapOp;
 
-constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
 constexpr std::string_view kCompression = "zstd";
 constexpr std::size_t kChunkBytes = 1 << 20;
-
-enum class Op : uint8_t {
-  header = 0x01,
-  footer = 0x02,
-  schema = 0x03,
-  channel = 0x04,
-  message = 0x05,
-  chunk = 0x06,
-  message_index = 0x07,
-  chunk_index = 0x08,
-  statistics = 0x0B,
-  summary_offset = 0x0E,
-  data_end = 0x0F
-};
 
 void put_text(std::string& to, std::string_view text) {
   put(to, static_cast<uint32_t>(text.size()));
@@ -71,7 +59,7 @@ McapWriter::McapWriter(OutputFile& out, std::string_view profile) : out_(out) {
   std::string header;
   put_text(header, profile);
   put_text(header, "marco-log");
-  emit(kMagic);
+  emit(kMcapMagic);
   emit(record(Op::header, header));
 }
 
@@ -246,7 +234,7 @@ void McapWriter::finish() {
   put(tail, offsets_start);
   put(tail, checksum(tail));
   emit(tail);
-  emit(kMagic);
+  emit(kMcapMagic);
 }
 
 }  // namespace marco::logs

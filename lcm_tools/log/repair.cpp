@@ -6,6 +6,7 @@
 #include "lcm_tools/log/event_sequence.hpp"
 #include "lcm_tools/log/piece_copier.hpp"
 #include "lcm_tools/log/restore.hpp"
+#include "lcm_tools/schema/schema.hpp"
 
 namespace marco::logs {
 namespace {
@@ -62,7 +63,8 @@ class Repair {
     files::EventLogReader survey(in_.string());
     int64_t events = 0;
     while (const auto head = survey.next_head()) {
-      known_.add(head->channel, fingerprint_of(*head), head->data_bytes);
+      known_.add(head->channel, lcm_schema::fingerprint_of(head->first_bytes).value_or(0),
+                 head->data_bytes);
       if (++events % 4096 == 0) {
         on_progress(0.4 * static_cast<double>(survey.position_bytes()) /
                     static_cast<double>(survey.size_bytes()));
@@ -73,10 +75,6 @@ class Repair {
     return static_cast<double>(reader_.position_bytes()) /
            static_cast<double>(reader_.size_bytes());
   }
-  static uint64_t fingerprint_of(const files::LogEventHead& head) {
-    return read_fingerprint(
-        {reinterpret_cast<const char*>(head.first_bytes.data()), head.first_bytes.size()});
-  }
   static Event event_of(const files::LogEventHead& head) {
     Event event;
     event.offset = head.offset;
@@ -85,7 +83,7 @@ class Repair {
     event.event_time = head.event_time;
     event.channel = head.channel;
     event.data_bytes = head.data_bytes;
-    event.fingerprint = fingerprint_of(head);
+    event.fingerprint = lcm_schema::fingerprint_of(head.first_bytes).value_or(0);
     return event;
   }
   void damaged_stretch(int64_t from, int64_t to) {

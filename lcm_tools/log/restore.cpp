@@ -2,8 +2,12 @@
 
 #include <algorithm>
 
+#include "lcm_tools/schema/wire.hpp"
+
 namespace marco::logs {
 namespace {
+
+using lcm_schema::load;
 
 constexpr int64_t kEstablished = 5;
 constexpr uint32_t kMaxChannelBytes = 63;
@@ -19,12 +23,6 @@ bool differ_in_one(std::string_view a, std::string_view b) {
   int count = 0;
   for (std::size_t i = 0; i < a.size(); ++i) count += a[i] != b[i] ? 1 : 0;
   return count == 1;
-}
-
-uint64_t big_endian(const uint8_t* bytes, int count) {
-  uint64_t value = 0;
-  for (int i = 0; i < count; ++i) value = (value << 8U) | bytes[i];
-  return value;
 }
 
 }  // namespace
@@ -87,11 +85,11 @@ std::optional<uint64_t> KnownChannels::mend_fingerprint(std::string_view channel
 }
 
 HeaderBytes::HeaderBytes(const uint8_t* bytes)
-    : number(static_cast<int64_t>(big_endian(bytes + 4, 8))),
-      event_time(Utime::from_us(static_cast<int64_t>(big_endian(bytes + 12, 8)))),
-      channel_bytes(static_cast<uint32_t>(big_endian(bytes + 20, 4))),
-      data_bytes(static_cast<uint32_t>(big_endian(bytes + 24, 4))) {
-  sync_like = differing_bytes(big_endian(bytes, 4), 0xEDA1DA01) <= 1;
+    : number(load<int64_t>(bytes + 4)),
+      event_time(Utime::from_us(load<int64_t>(bytes + 12))),
+      channel_bytes(load<uint32_t>(bytes + 20)),
+      data_bytes(load<uint32_t>(bytes + 24)) {
+  sync_like = differing_bytes(load<uint32_t>(bytes), 0xEDA1DA01) <= 1;
 }
 
 std::optional<Layout> lay_out(const HeaderBytes& header,
@@ -125,8 +123,7 @@ std::optional<Layout> lay_out(const HeaderBytes& header,
 }
 
 uint64_t read_fingerprint(std::string_view data) {
-  if (data.size() < 8) return 0;
-  return big_endian(reinterpret_cast<const uint8_t*>(data.data()), 8);
+  return data.size() < 8 ? 0 : load<uint64_t>(reinterpret_cast<const uint8_t*>(data.data()));
 }
 
 }  // namespace marco::logs

@@ -6,29 +6,16 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "lcm_tools/files/mcap.hpp"
 #include "recordings/ros/message_source.hpp"
 
 namespace marco::ros {
 
-/// Kinds of MCAP records (mcap.dev/spec); those that are not named here are ignored.
-enum class McapOp : uint8_t {
-  header = 0x01,
-  footer = 0x02,
-  schema = 0x03,
-  channel = 0x04,
-  message = 0x05,
-  chunk = 0x06,
-  message_index = 0x07,
-  chunk_index = 0x08,
-  attachment = 0x09,
-  statistics = 0x0B,
-  data_end = 0x0F
-};
+using files::kMcapMagic;
+using files::McapOp;  ///< those that are not read here are ignored
 
-inline constexpr std::string_view kMcapMagic{"\x89MCAP0\r\n", 8};
 inline constexpr std::size_t kMcapRecordHead = 9;    ///< opcode and length
 inline constexpr std::size_t kMcapMessageHead = 22;  ///< of a message, before its data
 

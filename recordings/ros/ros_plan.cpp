@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
@@ -14,6 +15,18 @@
 
 namespace marco::ros {
 namespace {
+
+bool is_odometry(const FrameEdge& edge) {
+  return has(edge.parent, {"odom"}) || is_map_frame(edge.parent);
+}
+
+constexpr double kJointMovesRad = 0.01;
+
+bool moves(const SurveyedTopic& topic, const std::string& joint) {
+  const auto found = topic.joints.find(joint);
+  return found != topic.joints.end() &&
+         found->second.most_rad - found->second.least_rad > kJointMovesRad;
+}
 
 class Planner {
  public:
@@ -120,6 +133,84 @@ class Planner {
 };
 
 }  // namespace
+
+bool has(const std::string& name, std::initializer_list<const char*> words) {
+  std::string lower = name;
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  return std::any_of(words.begin(), words.end(),
+                     [&](const char* word) { return lower.find(word) != std::string::npos; });
+}
+
+bool names_truth(const std::string& name) {
+  return has(name, {"truth", "gazebo", "vicon", "mocap", "optitrack", "/gt"});
+}
+
+bool is_map_frame(const std::string& frame) { return has(frame, {"map", "world"}); }
+
+std::optional<Joint> SensorMounts::joint_above(const std::string& frame) const {
+  for (const FrameEdge* edge : tree_.way_up(frame)) {
+    if (!edge->moves()) continue;
+    constexpr double kJointMovesM = 0.05;
+    if (edge->moved_m > kJointMovesM || edge->turned_rad < 0.01 || is_odometry(*edge)) return {};
+    return Joint{edge->parent, edge->child};
+  }
+  return std::nullopt;
+}
+
+bool SensorMounts::is_fixed_to(const std::string& a, const std::string& b) const {
+  return a == b || tree_.fixed_pose(a, b).has_value();
+}
+
+bool SensorMounts::is_on_robot(const std::string& base, const std::string& sensor) const {
+  if (base.empty() || sensor.empty()) return false;
+  if (is_fixed_to(base, sensor)) return true;
+  const auto joint = joint_above(sensor);
+  return joint && is_fixed_to(base, joint->parent);
+}
+
+std::string SensorMounts::highest_on_robot(const std::string& frame) const {
+  std::string highest;
+  for (const FrameEdge* edge : tree_.way_up(frame)) {
+    if (is_odometry(*edge) || !is_on_robot(edge->parent, frame)) break;
+    highest = edge->parent;
+  }
+  return highest;
+}
+
+std::optional<PanTiltJoints> pantilt_joints(const RosSurvey& survey, const SurveyedTopic& laser) {
+  const bool laser_moves = has(laser.name + laser.frame_id, {"tilt", "nod", "pan"});
+  for (const auto& [name, topic] : survey.topics) {
+    PanTiltJoints found{name, "", ""};
+    for (const auto& [joint, span] : topic.joints) {
+      const bool is_meant = laser_moves || has(joint, {"laser", "lidar", "hokuyo", "sick", "scan"});
+      if (!is_meant || !moves(topic, joint)) continue;
+      if (has(joint, {"tilt", "nod"})) {
+        found.tilt = joint;
+      } else if (has(joint, {"pan"})) {
+        found.pan = joint;
+      }
+    }
+    if (!found.tilt.empty() || !found.pan.empty()) return found;
+  }
+  return std::nullopt;
+}
+
+std::optional<WheelJoints> wheel_joints(const RosSurvey& survey) {
+  for (const auto& [name, topic] : survey.topics) {
+    for (const auto& [joint, span] : topic.joints) {
+      const auto at = joint.find("left");
+      if (at == std::string::npos || !has(joint, {"wheel"})) continue;
+      std::string right = joint;
+      right.replace(at, 4, "right");
+      const bool has_both = topic.joints.contains(right);
+      if (has_both && (moves(topic, joint) || moves(topic, right))) {
+        return WheelJoints{name, joint, right};
+      }
+    }
+  }
+  return std::nullopt;
+}
 
 void RosPlan::note(const char* format, ...) {
   std::array<char, 400> text{};

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <string>
@@ -7,11 +8,57 @@
 
 #include "common/samples.hpp"
 #include "recordings/foreign.hpp"
-#include "recordings/ros/joint_choice.hpp"
 #include "recordings/ros/ros_survey.hpp"
-#include "recordings/ros/sensor_mounts.hpp"
+#include "recordings/ros/transform_tree.hpp"
 
 namespace marco::ros {
+
+/// A joint between the robot and a laser, as a transform that moves.
+struct Joint {
+  std::string parent, child;  ///< frames
+};
+
+/// Whether a name holds one of the words, in capitals or not.
+bool has(const std::string& name, std::initializer_list<const char*> words);
+
+/// What simulators and motion capture publish as odometry.
+bool names_truth(const std::string& name);
+
+/// Another mapper's or localizer's result jumps, and is no odometry.
+bool is_map_frame(const std::string& frame);
+
+/// How sensors are fixed to a robot, by its frames.
+class SensorMounts {
+ public:
+  /// @param tree  must outlive it
+  explicit SensorMounts(const TransformTree& tree) : tree_(tree) {}
+
+  /// The first moving transform above a sensor that is a joint of the robot.
+  std::optional<Joint> joint_above(const std::string& frame) const;
+  /// By transforms that do not move, but for one joint.
+  bool is_on_robot(const std::string& base, const std::string& sensor) const;
+  /// The highest of the frames above a sensor that belong to its robot; "" none.
+  std::string highest_on_robot(const std::string& frame) const;
+
+ private:
+  bool is_fixed_to(const std::string& a, const std::string& b) const;
+
+  const TransformTree& tree_;
+};
+
+/// Joints of one topic of sensor_msgs/JointState, by name; "" none.
+struct PanTiltJoints {
+  std::string topic, pan, tilt;
+};
+struct WheelJoints {
+  std::string topic, left, right;
+};
+
+/// The joints that move a laser, where their names or the laser's say so.
+std::optional<PanTiltJoints> pantilt_joints(const RosSurvey& survey, const SurveyedTopic& laser);
+
+/// Two wheels that turn, of which the names differ by "left" and "right".
+std::optional<WheelJoints> wheel_joints(const RosSurvey& survey);
 
 /// A laser that is used.
 struct LaserPlan {

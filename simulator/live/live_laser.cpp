@@ -1,6 +1,8 @@
 #include "simulator/live/live_laser.hpp"
 
 #include <cmath>
+#include <functional>
+#include <stdexcept>
 #include <utility>
 
 #include "drivers/cola/emulator.hpp"
@@ -18,95 +20,77 @@ namespace {
 constexpr double kWrongRangeM = 0.2;  // of the fault `wrong`
 constexpr double kSectorsPerDeg = 10.0;
 
-template <class Options>
-using Models = std::vector<std::pair<const char*, Options>>;
+using EmulatorMaker =
+    std::function<std::unique_ptr<drivers::Emulator>(const LiveLaserSpec&, drivers::LaserWorld)>;
 
-/// @returns nullptr when none of the models is the spec's.
+// At the baud rate of the specification, where it gives one.
 template <class Emulator, class Options>
-std::unique_ptr<Emulator> emulator_of(const LiveLaserSpec& spec,
-                                      const drivers::LaserWorld& world,
-                                      const Models<Options>& models) {
-  for (const auto& [device, model] : models) {
-    if (spec.device != device) continue;
-    Options options = model;
+EmulatorMaker made_of(Options options) {
+  return [options](const LiveLaserSpec& spec, drivers::LaserWorld world) mutable {
     if constexpr (requires { options.baud; }) {
       if (spec.baud > 0) options.baud = spec.baud;
     }
-    return std::make_unique<Emulator>(world, options);
-  }
-  return nullptr;
+    return std::make_unique<Emulator>(std::move(world), options);
+  };
+}
+
+// The Rotoscan of thesis A, out of calibration as it was.
+std::unique_ptr<drivers::Emulator> leuze_service(const LiveLaserSpec& /*spec*/,
+                                                 drivers::LaserWorld world) {
+  return std::make_unique<drivers::leuze::LeuzeServiceEmulator>(
+      std::move(world), drivers::leuze::thesis_a_geometry());
+}
+
+std::unique_ptr<drivers::Emulator> leuze_measuring(const LiveLaserSpec& spec,
+                                                   drivers::LaserWorld world) {
+  drivers::leuze::LeuzeEmulatorOptions options;
+  if (spec.baud > 0) options.baud = spec.baud;
+  if (spec.tcp_port >= 0) options.baud = 0;
+  options.geometry.scale = drivers::leuze::thesis_a_geometry().scale;
+  return std::make_unique<drivers::leuze::LeuzeEmulator>(std::move(world), options);
+}
+
+const std::vector<std::pair<std::string, EmulatorMaker>>& devices() {
+  using namespace drivers;
+  using Hokuyo = hokuyo::HokuyoEmulatorOptions;
+  using Rplidar = rplidar::RplidarEmulatorOptions;
+  static const std::vector<std::pair<std::string, EmulatorMaker>> kDevices{
+      {"sick", made_of<sick::SickEmulator>(sick::SickEmulatorOptions{.power_on_s = 1.0})},
+      {"leuze", leuze_measuring},
+      {"leuze_service", leuze_service},
+      {"hokuyo", made_of<hokuyo::HokuyoEmulator>(Hokuyo{})},
+      {"rplidar", made_of<rplidar::RplidarEmulator>(Rplidar{})},
+      {"rplidar_a2",
+       made_of<rplidar::RplidarEmulator>(Rplidar{.model = 0x28, .turns_per_s = 10.0})},
+      {"rplidar_a3", made_of<rplidar::RplidarEmulator>(rplidar::a3())},
+      {"rplidar_s1", made_of<rplidar::RplidarEmulator>(rplidar::s1())},
+      {"rplidar_c1", made_of<rplidar::RplidarEmulator>(rplidar::c1())},
+      {"rplidar_s2", made_of<rplidar::RplidarEmulator>(rplidar::s2())},
+      {"rplidar_s3", made_of<rplidar::RplidarEmulator>(rplidar::s3())},
+      {"ld19", made_of<ldlidar::LdlidarEmulator>(ldlidar::LdlidarEmulatorOptions{})},
+      {"stl27l", made_of<ldlidar::LdlidarEmulator>(ldlidar::stl27l())},
+      {"ydlidar_x2", made_of<ydlidar::YdlidarEmulator>(ydlidar::x2())},
+      {"ydlidar_x4", made_of<ydlidar::YdlidarEmulator>(ydlidar::YdlidarEmulatorOptions{})},
+      {"ydlidar_g4", made_of<ydlidar::YdlidarEmulator>(ydlidar::g4())},
+      {"hokuyo_scip1", made_of<hokuyo::HokuyoEmulator>(Hokuyo{.scip1 = true})},
+      {"hokuyo_utm", made_of<hokuyo::HokuyoEmulator>(Hokuyo{.model = "UTM-30LX"})},
+      {"hokuyo_ust", made_of<hokuyo::HokuyoEmulator>(Hokuyo{.model = "UST-10LX"})},
+      {"tim551", made_of<cola::ColaEmulator>(cola::tim551())},
+      {"tim561", made_of<cola::ColaEmulator>(cola::ColaEmulatorOptions{})},
+      {"lms111", made_of<cola::ColaEmulator>(cola::lms111())}};
+  return kDevices;
 }
 
 }  // namespace
 
 std::unique_ptr<drivers::Emulator> laser_emulator(const LiveLaserSpec& spec,
                                                   drivers::LaserWorld world) {
-  if (spec.device == "sick") {
-    drivers::sick::SickEmulatorOptions options;
-    if (spec.baud > 0) options.baud = spec.baud;
-    options.power_on_s = 1.0;
-    return std::make_unique<drivers::sick::SickEmulator>(std::move(world), options);
+  std::string known;
+  for (const auto& [device, make] : devices()) {
+    if (spec.device == device) return make(spec, std::move(world));
+    known += (known.empty() ? "" : device == devices().back().first ? " or " : ", ") + device;
   }
-  if (auto laser = emulator_of<drivers::hokuyo::HokuyoEmulator>(
-          spec, world,
-          Models<drivers::hokuyo::HokuyoEmulatorOptions>{{"hokuyo", {}},
-                                                         {"hokuyo_scip1", {.scip1 = true}},
-                                                         {"hokuyo_utm", {"UTM-30LX"}},
-                                                         {"hokuyo_ust", {"UST-10LX"}}})) {
-    return laser;
-  }
-  drivers::rplidar::RplidarEmulatorOptions a2;
-  a2.model = 0x28;
-  a2.turns_per_s = 10.0;
-  if (auto laser = emulator_of<drivers::rplidar::RplidarEmulator>(
-          spec, world,
-          Models<drivers::rplidar::RplidarEmulatorOptions>{
-              {"rplidar", {}},
-              {"rplidar_a2", a2},
-              {"rplidar_a3", drivers::rplidar::a3()},
-              {"rplidar_s1", drivers::rplidar::s1()},
-              {"rplidar_c1", drivers::rplidar::c1()},
-              {"rplidar_s2", drivers::rplidar::s2()},
-              {"rplidar_s3", drivers::rplidar::s3()}})) {
-    return laser;
-  }
-  if (auto laser = emulator_of<drivers::ldlidar::LdlidarEmulator>(
-          spec, world,
-          Models<drivers::ldlidar::LdlidarEmulatorOptions>{
-              {"ld19", {}}, {"stl27l", drivers::ldlidar::stl27l()}})) {
-    return laser;
-  }
-  if (auto laser = emulator_of<drivers::ydlidar::YdlidarEmulator>(
-          spec, world,
-          Models<drivers::ydlidar::YdlidarEmulatorOptions>{
-              {"ydlidar_x2", drivers::ydlidar::x2()},
-              {"ydlidar_x4", {}},
-              {"ydlidar_g4", drivers::ydlidar::g4()}})) {
-    return laser;
-  }
-  if (auto laser = emulator_of<drivers::cola::ColaEmulator>(
-          spec, world,
-          Models<drivers::cola::ColaEmulatorOptions>{{"tim551", drivers::cola::tim551()},
-                                                     {"tim561", {}},
-                                                     {"lms111", drivers::cola::lms111()}})) {
-    return laser;
-  }
-  // The Rotoscan of thesis A, out of calibration as it was.
-  if (spec.device == "leuze_service") {
-    return std::make_unique<drivers::leuze::LeuzeServiceEmulator>(
-        std::move(world), drivers::leuze::thesis_a_geometry());
-  }
-  require(spec.device == "leuze",
-          "lasers.device '" + spec.device +
-              "': expected sick, leuze, leuze_service, hokuyo, rplidar, "
-              "rplidar_a2, rplidar_a3, rplidar_s1, rplidar_c1, rplidar_s2, rplidar_s3, "
-              "ld19, stl27l, ydlidar_x2, ydlidar_x4, ydlidar_g4, "
-              "hokuyo_scip1, hokuyo_utm, hokuyo_ust, tim551, tim561 or lms111");
-  drivers::leuze::LeuzeEmulatorOptions options;
-  if (spec.baud > 0) options.baud = spec.baud;
-  if (spec.tcp_port >= 0) options.baud = 0;
-  options.geometry.scale = drivers::leuze::thesis_a_geometry().scale;
-  return std::make_unique<drivers::leuze::LeuzeEmulator>(std::move(world), options);
+  throw std::invalid_argument("lasers.device '" + spec.device + "': expected " + known);
 }
 
 LiveLaser::LiveLaser(const RayCaster& rays,

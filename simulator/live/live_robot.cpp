@@ -7,8 +7,6 @@
 #include "drivers/bno055/emulator.hpp"
 #include "drivers/create/emulator.hpp"
 #include "drivers/hcs12/base_emulator.hpp"
-#include "drivers/hcs12/pantilt_emulator.hpp"
-#include "drivers/imu/emulator.hpp"
 #include "drivers/kobuki/emulator.hpp"
 #include "drivers/p2os/emulator.hpp"
 #include "drivers/textbase/emulator.hpp"
@@ -16,6 +14,14 @@
 
 namespace marco::sim {
 namespace {
+
+constexpr int64_t kKeepUs = 1'000'000;
+
+constexpr double kWrongTiltDeg = 2.0;  // of the fault `wrong`
+
+double angle_rad(const drivers::hcs12::PanTiltAxisOptions& axis, double units) {
+  return deg_to_rad(axis.home_deg + units * axis.deg_per_unit);
+}
 
 using drivers::hcs12::BaseEmulator;
 using drivers::hcs12::PanTiltEmulator;
@@ -27,6 +33,46 @@ constexpr double kTicksPerWheelTurn = 1440.0;  // of a home-made base
 constexpr double kWrongWheel = 1.1, kWrongRateDegPerS = 3.0;
 
 }  // namespace
+
+void MotionHistory::add(const Moment& moment) {
+  if (!moments_.empty() && moment.when <= moments_.back().when) return;
+  moments_.push_back(moment);
+  while (moments_.front().when < moment.when - Duration::from_us(kKeepUs)) moments_.pop_front();
+}
+
+MotionHistory::Moment MotionHistory::at(Utime when) const {
+  if (moments_.empty()) return {};
+  const auto after = std::lower_bound(moments_.begin(), moments_.end(), when,
+                                      [](const Moment& m, Utime t) { return m.when < t; });
+  if (after == moments_.begin()) return moments_.front();
+  if (after == moments_.end()) return moments_.back();
+  const Moment& a = *(after - 1);
+  const Moment& b = *after;
+  const double part = (when - a.when).seconds() / (b.when - a.when).seconds();
+  return {when, interpolate(a.world_from_robot, b.world_from_robot, part),
+          a.pan_rad + part * (b.pan_rad - a.pan_rad),
+          a.tilt_rad + part * (b.tilt_rad - a.tilt_rad)};
+}
+
+drivers::hcs12::PanTiltEmulatorOptions LivePanTilt::board_options(const LivePanTiltSpec& spec) {
+  drivers::hcs12::PanTiltEmulatorOptions options;
+  options.listing_status = options.listing_stop = !spec.manual_firmware;
+  options.pan_limit_units = spec.pan.limit_units;
+  options.tilt_limit_units = spec.tilt.limit_units;
+  return options;
+}
+
+void LivePanTilt::look(MotionHistory::Moment& moment) {
+  if (!faults_.has("pantilt", FaultKind::stuck, moment.when)) {
+    last_pan_rad_ = angle_rad(spec_.pan, board_.pan_units());
+    last_tilt_rad_ = angle_rad(spec_.tilt, board_.tilt_units());
+    if (faults_.has("pantilt", FaultKind::wrong, moment.when)) {
+      last_tilt_rad_ += deg_to_rad(kWrongTiltDeg);
+    }
+  }
+  moment.pan_rad = last_pan_rad_;
+  moment.tilt_rad = last_tilt_rad_;
+}
 
 LiveRobot::LiveRobot(const RayCaster& rays,
                      const RobotSpec& spec,

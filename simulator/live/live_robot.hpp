@@ -1,21 +1,61 @@
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "common/pose2.hpp"
+#include "drivers/hcs12/pantilt_emulator.hpp"
 #include "drivers/imu/emulator.hpp"
 #include "drivers/transport/emulator.hpp"
+#include "lcm_tools/base/utime.hpp"
 #include "simulator/live/faults.hpp"
 #include "simulator/live/floor_motion.hpp"
 #include "simulator/live/live_laser.hpp"
-#include "simulator/live/live_pantilt.hpp"
-#include "simulator/live/motion_history.hpp"
 #include "simulator/live/robot_spec.hpp"
 
 namespace marco::sim {
+
+/// The poses of the robot and its pan-tilt during the last second.
+class MotionHistory {
+ public:
+  struct Moment {
+    Utime when;
+    Pose2 world_from_robot;
+    double pan_rad = 0.0;
+    double tilt_rad = 0.0;
+  };
+  void add(const Moment& moment);
+  /// Interpolated; outside the known time the nearest end.
+  Moment at(Utime when) const;
+
+ private:
+  std::deque<Moment> moments_;
+};
+
+/// Where the robot's pan-tilt really points, with the faults `wrong` and `stuck`.
+class LivePanTilt {
+ public:
+  /// @param board, faults  outlive it.
+  LivePanTilt(const LivePanTiltSpec& spec,
+              const drivers::hcs12::PanTiltEmulator& board,
+              const FaultBoard& faults)
+      : spec_(spec), board_(board), faults_(faults) {}
+
+  static drivers::hcs12::PanTiltEmulatorOptions board_options(const LivePanTiltSpec& spec);
+  /// Sets the angles of a moment.
+  void look(MotionHistory::Moment& moment);
+
+ private:
+  LivePanTiltSpec spec_;
+  const drivers::hcs12::PanTiltEmulator& board_;
+  const FaultBoard& faults_;
+  double last_pan_rad_ = 0.0;
+  double last_tilt_rad_ = 0.0;
+};
 
 /// A robot whose devices are emulators in one simulated world. It stands where the emulated wheels
 /// took it; its lasers measure from there, beam by beam, pan-tilt included. It has no clock: the

@@ -7,6 +7,7 @@
 
 #include "common/pose_buffer.hpp"
 #include "common/regular_scan.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::logs {
 namespace {
@@ -34,9 +35,7 @@ void append(std::string& line, const Pose2& pose) {
 }
 
 void append_time(std::string& line, Utime time, double logger_s) {
-  char text[80];
-  std::snprintf(text, sizeof text, " %.6f %s %.6f\n", time.seconds(), kHost, logger_s);
-  line += text;
+  line += format(" %.6f %s %.6f\n", time.seconds(), kHost, logger_s);
 }
 
 // How CARMEN's old laser lines spread their beams (recordings/carmen.hpp).
@@ -98,10 +97,8 @@ class CarmenWriter {
     ++result_.true_poses;
     if (truth_ == nullptr) return;
     const Pose2& p = pose.world_from_robot;
-    char text[200];
-    std::snprintf(text, sizeof text, "%.6f %.9g %.9g 0 0 0 %.9g %.9g\n", pose.utime.seconds(),
-                  p.x_m, p.y_m, std::sin(0.5 * p.theta_rad), std::cos(0.5 * p.theta_rad));
-    truth_->write(std::string_view(text));
+    truth_->write(format("%.6f %.9g %.9g 0 0 0 %.9g %.9g\n", pose.utime.seconds(), p.x_m, p.y_m,
+                         std::sin(0.5 * p.theta_rad), std::cos(0.5 * p.theta_rad)));
   }
   void write_scan();
   void write_old_line(const LaserScan& scan, const Pose2& robot, bool second);

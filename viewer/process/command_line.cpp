@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/format.hpp"
 #include "lcm_tools/files/output_folder.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
@@ -139,9 +140,7 @@ int run_walk(int argc, const char* const* argv, const FileReaders& readers) {
   files::OutputFolder pictures(arguments.out, "walk");
   int count = 0;
   render_walk_by_keys(inputs.scene, arguments.request, key_from_stdin, [&](const Picture& seen) {
-    char name[32];
-    std::snprintf(name, sizeof name, "%03d.png", count++);
-    write_png(seen, (pictures.path() / name).string());
+    write_png(seen, (pictures.path() / format("%03d.png", count++)).string());
   });
   pictures.commit();
   std::printf("%s: %d pictures\n", arguments.out.c_str(), count);

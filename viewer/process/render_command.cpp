@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/format.hpp"
 #include "lcm_tools/files/output_folder.hpp"
 #include "viewer/film.hpp"
 #include "viewer/image_io.hpp"
@@ -218,10 +219,8 @@ int render_walk(Scene scene,
   files::OutputFolder pictures(folder, "walk");
   int count = 0;
   const auto look_around = [&] {
-    char name[32];
-    std::snprintf(name, sizeof name, "%03d.png", count++);
     write_png(renderer.draw(walk.robot.camera(), walk.look, request.size),
-              (pictures.path() / name).string());
+              (pictures.path() / format("%03d.png", count++)).string());
   };
   look_around();
   for (const WalkCommand& command : commands) {

@@ -1,5 +1,6 @@
 #include "web/snapshot/snapshot.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -10,7 +11,8 @@
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/inside_folder.hpp"
 #include "lcm_tools/files/whole_file.hpp"
-#include "web/snapshot/photographs.hpp"
+#include "lcm_tools/process/config.hpp"
+#include "tools/texture/photograph_list.hpp"
 #include "web/tiles.hpp"
 
 namespace marco::web {
@@ -18,6 +20,31 @@ namespace {
 
 using nlohmann::json;
 namespace fs = std::filesystem;
+
+/// The pictures that `folder`/photographs.toml lists and that lie in the folder: [{"file", "x_m",
+/// "y_m", "z_m", "theta_rad"}], where each camera stood and looked. An empty list without that
+/// file.
+/// @throws std::invalid_argument naming the file and what is wrong with it.
+json photographs_json(const fs::path& folder) {
+  json found = json::array();
+  const fs::path list = files::inside_folder(folder, "photographs.toml");
+  if (!fs::exists(list)) return found;
+  for (const auto& spec : process::load_options<PhotographList>(list.string()).photographs) {
+    if (!files::stays_inside(spec.file)) continue;
+    if (!fs::exists(files::inside_folder(folder, spec.file))) continue;
+    require(spec.position_m.size() == 3 && spec.quaternion_xyzw.size() == 4,
+            list.string() + ": expected position_m of 3 and quaternion_xyzw of 4 numbers");
+    const auto& q = spec.quaternion_xyzw;
+    const Eigen::Vector3d ahead =
+        Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized() * Eigen::Vector3d::UnitZ();
+    found.push_back({{"file", spec.file},
+                     {"x_m", spec.position_m[0]},
+                     {"y_m", spec.position_m[1]},
+                     {"z_m", spec.position_m[2]},
+                     {"theta_rad", std::atan2(ahead.y(), ahead.x())}});
+  }
+  return found;
+}
 
 // Poses nearer than this to the previous one look the same on the page.
 constexpr double kStepM = 0.03, kStepRad = 0.05;

@@ -15,8 +15,10 @@
 #include "lcm_tools/diagnosis/host.hpp"
 #include "lcm_tools/diagnosis/listening_socket.hpp"
 #include "lcm_tools/process/status_publisher.hpp"
+#include "lcm_tools/process/wall_clock.hpp"
 #include "lcm_tools/schema/built_in_sources.hpp"
 #include "lcm_tools/schema/schema.hpp"
+#include "lcm_tools/schema/wire.hpp"
 #include "lcmtypes/channels.hpp"
 #include "marco/process_status_t.hpp"
 
@@ -30,20 +32,8 @@ constexpr std::size_t kMaxTroubles = 20;
 constexpr int kBufferBytes = 1 << 20;
 constexpr std::size_t kHeadBytes = 8192;  // of a datagram; a PROCESS_STATUS fits
 
-uint64_t big_endian_at(std::span<const uint8_t> bytes, std::size_t at) {
-  uint64_t value = 0;
-  for (std::size_t i = at; i < at + 8; ++i) value = value << 8U | bytes[i];
-  return value;
-}
-
 double seconds_since(SteadyClock::time_point start) {
   return std::chrono::duration<double>(SteadyClock::now() - start).count();
-}
-
-int64_t now_us() {
-  return std::chrono::duration_cast<std::chrono::microseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
 }
 
 double listen(const ListeningSocket& socket,
@@ -60,7 +50,7 @@ double listen(const ListeningSocket& socket,
     const ssize_t length = ::recvfrom(socket.descriptor(), bytes.data(), bytes.size(), MSG_DONTWAIT,
                                       reinterpret_cast<sockaddr*>(&from), &size);
     if (length <= 0) continue;
-    counter.add(now_us(), {ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)},
+    counter.add(process::wall_clock_us(), {ntohl(from.sin_addr.s_addr), ntohs(from.sin_port)},
                 {bytes.data(), static_cast<std::size_t>(length)});
   }
   return seconds_since(start);
@@ -79,13 +69,9 @@ std::vector<Finding> look_for_the_reason(const UdpUrl& url,
 
 }  // namespace
 
-uint64_t fingerprint_at_head(std::span<const uint8_t> message) {
-  return message.size() < 8 ? 0 : big_endian_at(message, 0);
-}
-
 std::optional<int64_t> stamp_at_head(std::span<const uint8_t> message) {
   if (message.size() < 16) return std::nullopt;
-  return static_cast<int64_t>(big_endian_at(message, 8));
+  return lcm_schema::load<int64_t>(message.data() + 8);
 }
 
 std::string type_name(uint64_t fingerprint) {
@@ -102,7 +88,7 @@ void SurveyCounter::add(int64_t time_us, const Address& sender, std::span<const 
   if (channels_.size() >= kMaxChannels && !channels_.contains(key)) return;
   HeardChannel& channel = channels_[key];
   ++channel.messages;
-  channel.fingerprint = fingerprint_at_head(datagram->payload);
+  channel.fingerprint = lcm_schema::fingerprint_of(datagram->payload).value_or(0);
   constexpr int64_t kYear2001Us = 1'000'000'000'000'000;
   const auto stamp_us = stamp_at_head(datagram->payload);
   channel.stamp_age_s.reset();

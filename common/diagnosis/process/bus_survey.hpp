@@ -64,9 +64,6 @@ BusSurvey survey_bus(const UdpUrl& url,
 /// "bot_core.planar_lidar_t", or "" for the fingerprint of an unknown type.
 std::string type_name(uint64_t fingerprint);
 
-/// The fingerprint at the head of a message; 0 when it is shorter.
-uint64_t fingerprint_at_head(std::span<const uint8_t> message);
-
 /// The stamp [us], the first field of most types; nothing when the message is too short.
 std::optional<int64_t> stamp_at_head(std::span<const uint8_t> message);
 

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "common/diagnosis/process/bus_survey.hpp"
+#include "lcm_tools/base/format.hpp"
+#include "lcm_tools/schema/schema.hpp"
 #include "lcmtypes/channels.hpp"
 #include "marco/sensor_info_t.hpp"
 
@@ -19,12 +20,10 @@ constexpr int kReturns = 3;  // a restarted driver may announce another pose onc
 constexpr std::size_t kSensors = 100, kChannels = 100;  // remembered
 
 std::string pose_of(const sensor_info_t& info) {
-  char text[160];
   const double* at = info.parent_from_sensor_m;
   const double* turned = info.parent_from_sensor_quat;
-  std::snprintf(text, sizeof text, "%d: %.3f %.3f %.3f m, %.3f %.3f %.3f %.3f", info.mount, at[0],
-                at[1], at[2], turned[0], turned[1], turned[2], turned[3]);
-  return text;
+  return format("%d: %.3f %.3f %.3f m, %.3f %.3f %.3f %.3f", info.mount, at[0], at[1], at[2],
+                turned[0], turned[1], turned[2], turned[3]);
 }
 
 }  // namespace
@@ -67,7 +66,7 @@ void SilenceJudge::heard(const process::RawMessage& raw) {
   if (raw.channel == channels::kSensorInfo) watch_pose(raw);
   const std::vector<std::size_t>& expecting = expecting_tracks(std::string(raw.channel));
   if (expecting.empty()) return;
-  const std::string type = type_name(fingerprint_at_head(raw.bytes));
+  const std::string type = type_name(lcm_schema::fingerprint_of(raw.bytes).value_or(0));
   for (const std::size_t i : expecting) count(tracks_[i], raw, type);
 }
 
@@ -88,7 +87,7 @@ void SilenceJudge::count(Track& track, const process::RawMessage& raw, const std
     if (track.wrong.count++ == 0) track.wrong.first_s = time_s_;
     track.wrong.last_s = time_s_;
     track.wrong.channel = raw.channel;
-    track.wrong.fingerprint = fingerprint_at_head(raw.bytes);
+    track.wrong.fingerprint = lcm_schema::fingerprint_of(raw.bytes).value_or(0);
     return;
   }
   if (track.expected.counts && !track.expected.counts(raw)) return;
@@ -202,10 +201,8 @@ std::string SilenceJudge::what_comes() const {
   std::string text;
   for (const Track& track : tracks_) {
     if (!comes(track)) continue;
-    char rate[40];
-    std::snprintf(rate, sizeof rate, " %.3g Hz", track.coming.hz());
-    text +=
-        (text.empty() ? "" : ", ") + track.coming.channel + (track.coming.count > 1 ? rate : "");
+    text += (text.empty() ? "" : ", ") + track.coming.channel +
+            (track.coming.count > 1 ? format(" %.3g Hz", track.coming.hz()) : "");
   }
   return text;
 }

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstdio>
 #include <regex>
 
+#include "lcm_tools/base/format.hpp"
 #include "lcm_tools/files/channel_pattern.hpp"
 #include "recordings/foreign.hpp"
 
@@ -15,11 +15,7 @@ namespace {
 constexpr std::size_t kNamed = 6;      // channels in one line
 constexpr double kOtherClockS = 60.0;  // stamps this far from ours
 
-std::string short_number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
+std::string short_number(double value) { return format("%.3g", value); }
 
 std::string type_text(uint64_t fingerprint) {
   if (fingerprint == 0) return "no LCM type";

@@ -5,7 +5,6 @@
 #include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "lcmtypes/channels.hpp"
 #include "simulator/batch_simulation.hpp"
-#include "simulator/odometry_model.hpp"
 #include "simulator/tour.hpp"
 #include "tests/support/matchers.hpp"
 

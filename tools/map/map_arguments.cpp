@@ -5,7 +5,7 @@
 #include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
-#include "tools/map/map_job.hpp"
+#include "tools/map/map_options.hpp"
 
 namespace marco {
 namespace {

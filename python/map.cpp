@@ -6,6 +6,7 @@
 #include "common/files/tum.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "python/arrays.hpp"
+#include "slam/process/mapper2d_adapter.hpp"
 #include "tools/map/judged_map.hpp"
 #include "tools/map/map_arguments.hpp"
 #include "tools/map/scratch_folder.hpp"
@@ -46,10 +47,10 @@ Map make(const std::vector<std::string>& inputs, const std::string& config, bool
       make_corrected_map(arguments, load_batch_input(arguments), folder.path()).map;
   const MapJob& job = *made.job;
   Map map{job.trajectory(),
-          job.live_trajectory(),
-          job.odometry_trajectory(),
+          job.adapter().live_trajectory(),
+          job.adapter().odometry_trajectory(),
           job.grid(),
-          job.loops().size(),
+          job.mapper().loops().size(),
           {},
           {}};
   if (made.verdict) {

@@ -16,6 +16,8 @@
 
 #include "common/covariance.hpp"
 #include "recordings/foreign.hpp"
+#include "slam/process/mapper2d_adapter.hpp"
+#include "slam/session/mapping_session.hpp"
 #include "tools/map/judge.hpp"
 #include "tools/map/map_job.hpp"
 
@@ -66,11 +68,12 @@ void print(const char* what, const Normalised& edges) {
 void run(const std::filesystem::path& log) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / "marco_edges";
   std::filesystem::create_directories(folder);
-  MapJob job(MapOptions{}, PathMaker::scans, folder);
+  MapJob job(folder);
   job.read({log}, ForeignTable{});
   job.finish();
   std::map<int64_t, Pose2> truth;
-  for (const StampedPose2& pose : job.truth().poses) truth[pose.utime.us] = pose.world_from_robot;
+  for (const StampedPose2& pose : job.recorded().truth.poses)
+    truth[pose.utime.us] = pose.world_from_robot;
   std::vector<Pose2> keys;
   for (const slam::Keyframe& key : job.keyframes()) keys.push_back(truth.at(key.utime.us));
   Normalised steps, loops;
@@ -79,7 +82,7 @@ void run(const std::filesystem::path& log) {
     steps.add(edge, keys[static_cast<std::size_t>(edge.from)],
               keys[static_cast<std::size_t>(edge.to)]);
   }
-  for (const slam::Loop& loop : job.loops()) {
+  for (const slam::Loop& loop : job.mapper().loops()) {
     if (!loop.is_inlier) continue;
     loops.add({loop.from, loop.to, loop.from_from_to, loop.information, true},
               keys[static_cast<std::size_t>(loop.from)], keys[static_cast<std::size_t>(loop.to)]);

@@ -16,6 +16,8 @@
 
 #include "recordings/foreign.hpp"
 #include "slam/matching/point_index.hpp"
+#include "slam/process/mapper2d_adapter.hpp"
+#include "slam/session/mapping_session.hpp"
 #include "tools/map/judge.hpp"
 #include "tools/map/map_job.hpp"
 
@@ -57,7 +59,8 @@ bool lies_near(const Key& a, const Key& b) {
 
 std::vector<Key> keys_of(const MapJob& job) {
   std::map<int64_t, Pose2> truth;
-  for (const StampedPose2& pose : job.truth().poses) truth[pose.utime.us] = pose.world_from_robot;
+  for (const StampedPose2& pose : job.recorded().truth.poses)
+    truth[pose.utime.us] = pose.world_from_robot;
   std::vector<Key> keys;
   for (const slam::Keyframe& key : job.keyframes()) {
     keys.push_back({truth.at(key.utime.us), key.path_m, &key.points_in_robot});
@@ -91,7 +94,7 @@ struct LoopErrors {
 
 LoopErrors judge_loops(const MapJob& job, const std::vector<Key>& keys) {
   LoopErrors errors;
-  for (const slam::Loop& loop : job.loops()) {
+  for (const slam::Loop& loop : job.mapper().loops()) {
     const Pose2 truth = between(keys[static_cast<std::size_t>(loop.from)].truth,
                                 keys[static_cast<std::size_t>(loop.to)].truth);
     const Pose2 off = between(truth, loop.from_from_to);
@@ -121,7 +124,7 @@ LoopErrors judge_loops(const MapJob& job, const std::vector<Key>& keys) {
 bool run(const std::filesystem::path& log) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / "marco_loops";
   std::filesystem::create_directories(folder);
-  MapJob job(MapOptions{}, PathMaker::scans, folder);
+  MapJob job(folder);
   job.read({log}, ForeignTable{});
   job.finish();
   const std::vector<Key> keys = keys_of(job);
@@ -129,8 +132,8 @@ bool run(const std::filesystem::path& log) {
   int recalled = 0;
   for (const int key : again) {
     const double path_m = keys[static_cast<std::size_t>(key)].path_m;
-    const bool found =
-        std::any_of(job.loops().begin(), job.loops().end(), [&](const slam::Loop& loop) {
+    const bool found = std::any_of(
+        job.mapper().loops().begin(), job.mapper().loops().end(), [&](const slam::Loop& loop) {
           const double to_path_m = keys[static_cast<std::size_t>(loop.to)].path_m;
           return loop.is_inlier && std::abs(to_path_m - path_m) <= kSearchEveryM;
         });

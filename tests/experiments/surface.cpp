@@ -11,9 +11,11 @@
 #include "common/mesh_distance.hpp"
 #include "common/mesh_samples.hpp"
 #include "lcm_tools/process/config.hpp"
+#include "slam/process/mapper2d_adapter.hpp"
 #include "tests/support/return_classes.hpp"
 #include "tests/support/second_sheets.hpp"
 #include "tools/map/map_job.hpp"
+#include "tools/map/map_options.hpp"
 #include "viewer/image_io.hpp"
 
 namespace marco {

@@ -9,6 +9,7 @@
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "lcmtypes/convert.hpp"
+#include "mapping3d/process/mapping3d_adapter.hpp"
 #include "simulator/batch_simulation.hpp"
 #include "tools/evaluate/model_fit.hpp"
 #include "tools/evaluate/model_judge.hpp"
@@ -65,7 +66,7 @@ class Mountings : public ::testing::Test {
       });
       file.finish();
     }
-    MapJob job({}, PathMaker::scans, folder_.path());
+    MapJob job(folder_.path());
     job.read({log_path}, {});
     job.finish();
     const mapping3d::Mapper3d& mapper = job.mapping3d().mapper();

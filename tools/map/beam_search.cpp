@@ -11,7 +11,7 @@ namespace {
 // The laser that the map is made by: the only one.
 std::optional<std::string> channel_of(const MapJob& job) {
   std::optional<std::string> only;
-  for (const auto& [channel, info] : job.sensors()) {
+  for (const auto& [channel, info] : job.recorded().sensors) {
     if (!channel.starts_with(channels::kLidar)) continue;
     if (only) return std::nullopt;
     only = channel;
@@ -52,19 +52,20 @@ std::optional<BeamSearch> search_beams(const MapJob& job) {
   const auto channel = channel_of(job);
   if (!channel) return std::nullopt;
   BeamCalibration in_use{*channel};
-  for (const BeamCalibration& beams : job.beams()) {
+  for (const BeamCalibration& beams : job.calibration().beams) {
     if (beams.channel == *channel) in_use = beams;
   }
-  const auto found =
-      slam::fit_beams(job.map_keys(), in_use.bearing_scale * job.least_bearing_rad(*channel));
+  const auto found = slam::fit_beams(
+      job.mapper().keys(), in_use.bearing_scale * job.recorded().least_bearing_rad(*channel));
   if (!found) return std::nullopt;
   return BeamSearch{in_use, *found};
 }
 
 std::optional<FloorLine> search_floor(const MapJob& job) {
   const auto channel = channel_of(job);
-  if (!channel || job.sensors().at(*channel).mount != SensorInfo::Mount::robot) return std::nullopt;
-  auto found = slam::find_floor(job.map_keys());
+  if (!channel || job.recorded().sensors.at(*channel).mount != SensorInfo::Mount::robot)
+    return std::nullopt;
+  auto found = slam::find_floor(job.mapper().keys());
   if (found) found->channel = *channel;
   return found;
 }

@@ -11,6 +11,7 @@
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcmtypes/channels.hpp"
+#include "mapping3d/process/mapping3d_adapter.hpp"
 
 namespace marco {
 namespace {
@@ -83,7 +84,7 @@ std::string commented(const CalibrationFile& file, const Comments& comments) {
 }  // namespace
 
 const SensorInfo* mount_of_laser(const MapJob& job) {
-  const auto& sensors = job.sensors();
+  const auto& sensors = job.recorded().sensors;
   const auto is_laser = [](const auto& sensor) {
     return sensor.first.starts_with(channels::kLidar);
   };
@@ -119,20 +120,22 @@ bool calibrate_pantilt(const MapJob& job, CalibrationFile& file, Comments& comme
 
 std::optional<slam::SelfCalibration> self_calibration_of(const MapJob& job) {
   const SensorInfo* mount = mount_of_laser(job);
-  if (mount == nullptr || (job.odometry().empty() && job.gyro_heading().empty())) {
+  if (mount == nullptr ||
+      (job.recorded().odometry.empty() && job.recorded().gyro_heading.empty())) {
     return std::nullopt;
   }
   slam::CalibrationInput input;
   input.channel = mount->channel;
   input.robot_from_laser = flatten(mount->parent_from_sensor);
   input.laser_upside_down = mount->parent_from_sensor.linear()(2, 2) < 0.0;
-  input.odometry = job.odometry();
-  input.gyro_heading = job.gyro_heading();
+  input.odometry = job.recorded().odometry;
+  input.gyro_heading = job.recorded().gyro_heading;
   for (const StampedPose2& pose : job.trajectory()) {
     input.world_from_laser.push_back({pose.utime, pose.world_from_robot * input.robot_from_laser});
   }
   slam::SelfCalibration found = slam::self_calibrate(input);
-  if (job.laser().channel == input.channel) found.calibration.laser.channel = input.channel;
+  if (job.calibration().laser.channel == input.channel)
+    found.calibration.laser.channel = input.channel;
   return found;
 }
 
@@ -145,9 +148,9 @@ bool write_calibration(const std::filesystem::path& path, const MapJob& job) {
     static_cast<SensorCalibration&>(file) = drive->calibration;
     comments = comments_of(*drive);
   }
-  file.beams = job.beams();
-  file.body = job.own_body();
-  file.floor = job.floor();
+  file.beams = job.calibration().beams;
+  file.body = job.calibration().body;
+  file.floor = job.calibration().floor;
   const bool has_pantilt = calibrate_pantilt(job, file, comments);
   const bool has_drive = drive && !drive->parameters.empty();
   if (!has_pantilt && !has_drive && file.body.empty() && file.beams.empty() && file.floor.empty()) {

@@ -8,6 +8,8 @@
 #include "lcm_tools/process/config.hpp"
 #include "recordings/recording.hpp"
 #include "recordings/recording_folder.hpp"
+#include "slam/process/mapper2d_adapter.hpp"
+#include "slam/session/mapping_session.hpp"
 #include "tools/map/beam_search.hpp"
 #include "tools/map/calibration.hpp"
 #include "tools/map/look_ahead.hpp"
@@ -47,18 +49,18 @@ void load_edits(const MapArguments& arguments, MapJob& job) {
 }
 
 void require_scans(const MapArguments& arguments, const MapJob& job) {
-  if (!job.live_trajectory().empty()) return;
+  if (!job.adapter().live_trajectory().empty()) return;
   std::string why = arguments.inputs.front() + ": contains no usable laser scan";
   const auto add = [&why](const std::string& cause, int64_t count) {
     why += "\n  dropped: " + cause + " " + std::to_string(count);
   };
-  for (const files::InputReport& input : job.inputs()) {
+  for (const files::InputReport& input : job.recorded().inputs) {
     for (const auto& [cause, count] : input.dropped) {
       add(cause, count);
       why += " (first at " + input.places.at(cause) + ")";
     }
   }
-  for (const auto& [cause, count] : job.drops().by_cause()) add(cause, count);
+  for (const auto& [cause, count] : job.adapter().drops().by_cause()) add(cause, count);
   throw std::invalid_argument(why);
 }
 
@@ -80,7 +82,7 @@ bool is_judged_as_good(const JudgedMap& again, const JudgedMap& first) {
 bool is_as_good(const JudgedMap& again, const JudgedMap& first) {
   constexpr double kFewer = 0.99;
   const auto matched = [](const JudgedMap& map) {
-    const auto& scans = map.job->scans();
+    const auto& scans = map.job->adapter().scans();
     return static_cast<double>(
         std::count_if(scans.begin(), scans.end(), [](const auto& scan) { return scan.matched; }));
   };
@@ -117,10 +119,10 @@ JudgedMap make_map(const MapArguments& arguments,
                    const MapOptions& options,
                    const std::filesystem::path& folder,
                    const StageClock& clock) {
-  JudgedMap map{std::make_unique<MapJob>(
-                    options, arguments.lines ? PathMaker::lines : PathMaker::scans, folder,
-                    arguments.results_log ? MapJob::Logged::published : MapJob::Logged::all),
-                {}};
+  JudgedMap map{
+      std::make_unique<MapJob>(options, arguments.lines ? PathMaker::lines : PathMaker::scans,
+                               folder, arguments.results_log ? Logged::published : Logged::all),
+      {}};
   MapJob& job = *map.job;
   job.clock() = clock;
   load_edits(arguments, job);
@@ -147,7 +149,7 @@ JudgedMap make_map(const MapArguments& arguments,
 bool is_sharper(const JudgedMap& again, const JudgedMap& first) {
   constexpr double kSharper = 0.98;
   const auto cells = [](const JudgedMap& map) {
-    return static_cast<double>(slam::cells_of_walls(map.job->map_keys()));
+    return static_cast<double>(slam::cells_of_walls(map.job->mapper().keys()));
   };
   return cells(again) < kSharper * cells(first);
 }

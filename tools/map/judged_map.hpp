@@ -8,6 +8,7 @@
 #include "recordings/kept_samples.hpp"
 #include "tools/map/map_arguments.hpp"
 #include "tools/map/map_job.hpp"
+#include "tools/map/map_options.hpp"
 #include "tools/map/self_correction.hpp"
 #include "tools/map/verdict.hpp"
 

@@ -92,10 +92,11 @@ PhotographCounts paint(const std::filesystem::path& out,
                        files::GlbNumbers glb_numbers) {
   if (mesh.triangles.empty()) return {};
   std::vector<std::string> logs;
-  for (const files::InputReport& input : job.inputs()) {
+  for (const files::InputReport& input : job.recorded().inputs) {
     if (input.pictures > 0) logs.insert(logs.end(), input.paths.begin(), input.paths.end());
   }
-  PhotographCounts counts = write_photographs(out, logs, job.trajectory(), job.sensors(), options);
+  PhotographCounts counts =
+      write_photographs(out, logs, job.trajectory(), job.recorded().sensors, options);
   if (counts.chosen > 0) counts.painted = paint_elsewhere(out, mesh, glb_numbers);
   if (counts.recorded > 0) job.clock().end_stage("photographs");
   return counts;
@@ -152,10 +153,11 @@ int exit_code_of(const std::optional<MapVerdict>& verdict) {
 }
 
 void print_left_out(const MapJob& job) {
-  if (!job.own_body().empty()) {
-    print(stdout, "set-up: %s: these returns are ignored\n", describe(job.own_body()).c_str());
+  if (!job.calibration().body.empty()) {
+    print(stdout, "set-up: %s: these returns are ignored\n",
+          describe(job.calibration().body).c_str());
   }
-  for (const FloorLine& floor : job.floor()) {
+  for (const FloorLine& floor : job.calibration().floor) {
     print(stdout, "set-up: %s: returns beyond are ignored\n", describe(floor).c_str());
   }
 }
@@ -194,7 +196,7 @@ WrittenMap write_map(const std::filesystem::path& out,
     if (!sweeps.triangles.empty()) files::write_ply(out / "model_scenes.ply", sweeps);
   }
   if (job.lines() != nullptr) {
-    map.lines = job.lines()->mapper().map();
+    map.lines = job.lines()->map();
     write_lines(out, map.lines, job);
   }
   if (arguments.calibrate) map.calibrated = write_calibration(out / "calibration.toml", job);

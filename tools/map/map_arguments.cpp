@@ -5,7 +5,7 @@
 #include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
-#include "tools/map/map_job.hpp"
+#include "tools/map/map_options.hpp"
 
 namespace marco {
 namespace {
@@ -66,12 +66,7 @@ void hide_what_has_no_meaning(const process::CommandLine& app, int argc, char** 
   for (const std::string& name : names) app.option(name).hidden();
 }
 
-}  // namespace
-
-std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& arguments) {
-  process::CommandLine app(help_for(argc, argv));
-  arguments.command_line.assign(argv, argv + argc);
-  auto inputs = app.add_option("INPUT", arguments.inputs, "recordings");
+void add_inputs(process::CommandLine& app, MapArguments& arguments) {
   app.add_option("--out", arguments.out, "folder for the results").shows_default();
   app.add_option("--config", arguments.config, "TOML file; unknown keys are refused")
       .existing_file();
@@ -87,6 +82,9 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
       .existing_file();
   app.add_flag("--lines", arguments.lines,
                "use the line SLAM of thesis A; also writes lines.svg, lines.dxf and lines.json");
+}
+
+void add_saved_maps(process::CommandLine& app, MapArguments& arguments) {
   auto extend = app.add_option("--extend", arguments.extend,
                                "a folder that `marco map` wrote: localize in that map and extend "
                                "it");
@@ -115,6 +113,9 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
                "INPUTs are folders that `marco map` wrote of one building: merge their maps")
       .excludes(extend)
       .excludes(localize);
+}
+
+void add_calibration(process::CommandLine& app, MapArguments& arguments) {
   auto calibration = add_calibration_argument(app, arguments.calibration);
   app.add_flag("--no-calibration", arguments.no_calibration,
                "use odometry and gyroscope as recorded; otherwise, if the drive shows that they "
@@ -127,10 +128,13 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
          "at one stop with several pan angles; writes calibration.toml for "
          "--calibration")
       .excludes(calibration);
+}
+
+void add_results(process::CommandLine& app, MapArguments& arguments) {
   app.add_flag("--loop-pictures", arguments.loop_pictures,
                "write a picture of each loop closure to loops/: both scans, before and after")
       .excludes("--lines")
-      .excludes(localize);
+      .excludes("--localize");
   app.add_flag("--sweep-meshes", arguments.sweep_meshes,
                "also write model_scenes.ply: a separate mesh for each sweep, overlapping; 20 MB "
                "for each stop");
@@ -142,6 +146,18 @@ std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& argu
       "write model.glb and model_textured.glb with EXT_meshopt_compression and "
       "KHR_mesh_quantization: about a fifth of the size, positions to 0.5 mm, for programs that "
       "support these; `marco page` and `marco export` do not");
+}
+
+}  // namespace
+
+std::optional<int> parse_map_arguments(int argc, char** argv, MapArguments& arguments) {
+  process::CommandLine app(help_for(argc, argv));
+  arguments.command_line.assign(argv, argv + argc);
+  auto inputs = app.add_option("INPUT", arguments.inputs, "recordings");
+  add_inputs(app, arguments);
+  add_saved_maps(app, arguments);
+  add_calibration(app, arguments);
+  add_results(app, arguments);
   hide_what_has_no_meaning(app, argc, argv);
   return process::parse_inputs<MapOptions>(app, inputs, arguments.config, argc, argv);
 }

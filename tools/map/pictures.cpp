@@ -5,6 +5,8 @@
 #include <cstdio>
 
 #include "common/trajectory_fit.hpp"
+#include "mapping3d/process/mapping3d_adapter.hpp"
+#include "slam/process/mapper2d_adapter.hpp"
 #include "viewer/scene.hpp"
 
 namespace marco {
@@ -67,11 +69,11 @@ void add_points(const Points2& hits, viewer::PointsItem& item) {
 
 void add_paths(const GridMap& map, const MapJob& job, viewer::Scene& scene) {
   const Trajectory estimate = job.trajectory();
-  const Trajectory odometry = odometry_on_estimate(estimate, job.odometry_trajectory());
+  const Trajectory odometry = odometry_on_estimate(estimate, job.adapter().odometry_trajectory());
   if (!odometry.empty()) {
     scene.paths.push_back({within(odometry, map), viewer::palette::kOdometry, "odometry"});
   }
-  const Trajectory truth = truth_on_estimate(estimate, job.truth());
+  const Trajectory truth = truth_on_estimate(estimate, job.recorded().truth);
   if (!truth.empty()) scene.paths.push_back({truth, viewer::palette::kTruth, "truth"});
   scene.paths.push_back({estimate, viewer::palette::kEstimate, "estimate"});
 }
@@ -156,7 +158,7 @@ PictureOrder model_picture(const std::filesystem::path& path,
 std::vector<PictureOrder> loop_pictures(const std::filesystem::path& folder, const MapJob& job) {
   std::vector<PictureOrder> orders;
   const std::vector<slam::Keyframe>& keys = job.keyframes();
-  for (const slam::Loop& loop : job.loops()) {
+  for (const slam::Loop& loop : job.mapper().loops()) {
     char name[24], evidence[120];
     std::snprintf(name, sizeof name, "%03zu.png", orders.size());
     std::snprintf(evidence, sizeof evidence, "after: moved %.2f m, %.1f deg; %.0f %% on walls%s",

@@ -13,6 +13,10 @@
 #include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/version.hpp"
+#include "mapping3d/process/mapping3d_adapter.hpp"
+#include "slam/line_slam/line_mapper.hpp"
+#include "slam/process/mapper2d_adapter.hpp"
+#include "slam/session/mapping_session.hpp"
 #include "tools/map/calibration.hpp"
 
 namespace marco {
@@ -118,14 +122,14 @@ json json_of_toml(const std::string& text) {
 }
 
 int64_t count_scans(const MapJob& job, bool slam::UsedScan::*flag) {
-  const auto& scans = job.scans();
+  const auto& scans = job.adapter().scans();
   return std::count_if(scans.begin(), scans.end(),
                        [flag](const slam::UsedScan& scan) { return scan.*flag; });
 }
 
 json own_body_json(const MapJob& job) {
   json all = json::array();
-  for (const BodyPart& part : job.own_body()) {
+  for (const BodyPart& part : job.calibration().body) {
     all.push_back({{"channel", part.channel},
                    {"first_deg", part.first_deg},
                    {"last_deg", part.last_deg},
@@ -136,7 +140,7 @@ json own_body_json(const MapJob& job) {
 
 json floor_json(const MapJob& job) {
   json all = json::array();
-  for (const FloorLine& floor : job.floor()) {
+  for (const FloorLine& floor : job.calibration().floor) {
     all.push_back(
         {{"channel", floor.channel}, {"bearing_deg", floor.bearing_deg}, {"from_m", floor.from_m}});
   }
@@ -147,7 +151,7 @@ json floor_json(const MapJob& job) {
 bool is_robots_path(const MapJob& job) {
   constexpr double kMovesM = 0.1;
   const SensorInfo* mount = mount_of_laser(job);
-  return path_length_m(job.odometry()) > kMovesM ||
+  return path_length_m(job.recorded().odometry) > kMovesM ||
          (mount != nullptr && !flatten(mount->parent_from_sensor).vector().isZero(1e-9));
 }
 
@@ -171,7 +175,7 @@ std::vector<KeptApart> kept_apart(const MapJob& job) {
     one.folder = "session_" + std::to_string(apart.sessions.front());
     one.map = &apart.map;
     for (const int session : apart.sessions) {
-      const auto& input = job.inputs()[static_cast<std::size_t>(session) - 1];
+      const auto& input = job.recorded().inputs[static_cast<std::size_t>(session) - 1];
       one.inputs += (one.inputs.empty() ? "session " : ", session ") + std::to_string(session) +
                     " (" + input.paths.front() + ")";
     }
@@ -210,23 +214,23 @@ void write_report(const std::filesystem::path& path,
   report["marco"] = process::version();
   report["command_line"] = extras.command_line;
   report["configuration"] = json_of_toml(extras.configuration);
-  for (const files::InputReport& input : job.inputs())
+  for (const files::InputReport& input : job.recorded().inputs)
     report["inputs"].push_back(input_json(input));
-  report["scans"] = {{"posed", job.scans().size()},
+  report["scans"] = {{"posed", job.adapter().scans().size()},
                      {"level", count_scans(job, &slam::UsedScan::level)},
                      {"matched", count_scans(job, &slam::UsedScan::matched)},
                      {"held_out", count_scans(job, &slam::UsedScan::held_out)},
-                     {"keyframes", job.key_count()},
-                     {"dropped", job.drops().by_cause()},
-                     {"removed_by", rules_json(job.scan_rules())}};
+                     {"keyframes", job.mapper().keys().size()},
+                     {"dropped", job.adapter().drops().by_cause()},
+                     {"removed_by", rules_json(job.adapter().input().rules())}};
   if (extras.verdict != nullptr) add_verdict(report, *extras.verdict, job);
   if (extras.correction != nullptr) add_calibration(report, *extras.correction);
-  if (!job.own_body().empty()) report["own_body"] = own_body_json(job);
-  if (!job.floor().empty()) report["floor"] = floor_json(job);
+  if (!job.calibration().body.empty()) report["own_body"] = own_body_json(job);
+  if (!job.calibration().floor.empty()) report["floor"] = floor_json(job);
   report["path_of"] = is_robots_path(job) ? "robot" : "laser";
   report["distance_m"] = path_length_m(job.trajectory());
   report["recorded_s"] = job.recorded_s();
-  report["loops"] = loops_json(job.loops(), job.keyframes());
+  report["loops"] = loops_json(job.mapper().loops(), job.keyframes());
   if (job.session() != nullptr && job.session()->mode() != slam::MappingSession::Mode::mapping) {
     report["place_in_saved_map"] = places_json(*job.session());
   }
@@ -236,8 +240,8 @@ void write_report(const std::filesystem::path& path,
   }
   if (job.lines() != nullptr) {
     report["path_by"] = "lines";
-    report["walls"] = job.lines()->mapper().filter().num_walls();
-    report["filter_restarts"] = job.lines()->mapper().replays();
+    report["walls"] = job.lines()->filter().num_walls();
+    report["filter_restarts"] = job.lines()->replays();
   }
   for (const StageClock::Stage& stage : job.clock().stages()) {
     report["stages"].push_back(
@@ -261,7 +265,7 @@ void write_report(const std::filesystem::path& path,
 namespace {
 
 void print_inputs(const MapJob& job) {
-  for (const files::InputReport& input : job.inputs()) {
+  for (const files::InputReport& input : job.recorded().inputs) {
     print(stdout, "%s: %s\n", input.paths.front().c_str(), input.format.c_str());
     for (const auto& [cause, count] : input.dropped) {
       print(stdout, "  dropped: %s %lld (first at %s)\n", cause.c_str(),
@@ -301,20 +305,22 @@ void print_summary(const MapJob& job,
                    const ReportExtras& extras,
                    const std::filesystem::path& folder) {
   print_inputs(job);
-  print_counts("dropped", job.drops().by_cause());
-  for (const auto& [rule, count] : job.scan_rules().counts()) {
+  print_counts("dropped", job.adapter().drops().by_cause());
+  for (const auto& [rule, count] : job.adapter().input().rules().counts()) {
     if (count.returns == 0) continue;
     print(stdout, "  %s: %lld returns left out\n", rule.c_str(),
           static_cast<long long>(count.returns));
   }
-  const auto loops = std::count_if(job.loops().begin(), job.loops().end(),
+  const auto loops = std::count_if(job.mapper().loops().begin(), job.mapper().loops().end(),
                                    [](const slam::Loop& loop) { return loop.is_inlier; });
   print(stdout,
         "%zu scans with a pose, %lld of %lld level ones matched, %zu keyframes; %.1f m driven in "
         "%.0f s; %zu loops closed\n",
-        job.scans().size(), static_cast<long long>(count_scans(job, &slam::UsedScan::matched)),
-        static_cast<long long>(count_scans(job, &slam::UsedScan::level)), job.key_count(),
-        path_length_m(job.trajectory()), job.recorded_s(), static_cast<std::size_t>(loops));
+        job.adapter().scans().size(),
+        static_cast<long long>(count_scans(job, &slam::UsedScan::matched)),
+        static_cast<long long>(count_scans(job, &slam::UsedScan::level)),
+        job.mapper().keys().size(), path_length_m(job.trajectory()), job.recorded_s(),
+        static_cast<std::size_t>(loops));
   for (const auto& [name, value] : extras.surface) {
     print(stdout, value == std::floor(value) ? "%s: %.0f\n" : "%s: %.6g\n", name.c_str(), value);
   }

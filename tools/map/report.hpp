@@ -2,7 +2,9 @@
 
 #include <filesystem>
 
+#include "slam/localization/saved_map.hpp"
 #include "tools/map/map_job.hpp"
+#include "tools/map/photographs.hpp"
 #include "tools/map/self_correction.hpp"
 #include "tools/map/verdict.hpp"
 

@@ -9,7 +9,8 @@
 #include "common/files/tum.hpp"
 #include "lcm_tools/files/result_list.hpp"
 #include "lcm_tools/files/whole_file.hpp"
-#include "slam/localization/saved_map.hpp"
+#include "slam/process/mapper2d_adapter.hpp"
+#include "slam/slam.hpp"
 
 namespace marco {
 namespace {
@@ -63,7 +64,7 @@ void write_paths(const std::filesystem::path& out,
                  const MapJob& job,
                  const std::optional<SelfCorrection>& correction) {
   files::write_tum(out / "trajectory.tum", job.trajectory());
-  files::write_tum(out / "trajectory_live.tum", job.live_trajectory());
+  files::write_tum(out / "trajectory_live.tum", job.adapter().live_trajectory());
   if (correction && correction->assumed_from_found_robot) {
     Trajectory as_found = job.trajectory();
     for (StampedPose2& pose : as_found) {
@@ -71,10 +72,11 @@ void write_paths(const std::filesystem::path& out,
     }
     files::write_tum(out / kPathAsFound, as_found);
   }
-  if (!job.odometry_trajectory().empty()) {
-    files::write_tum(out / "odometry.tum", job.odometry_trajectory());
+  if (!job.adapter().odometry_trajectory().empty()) {
+    files::write_tum(out / "odometry.tum", job.adapter().odometry_trajectory());
   }
-  if (!job.truth().poses.empty()) files::write_tum(out / "truth.tum", job.truth().poses);
+  if (!job.recorded().truth.poses.empty())
+    files::write_tum(out / "truth.tum", job.recorded().truth.poses);
 }
 
 void write_sessions(const std::filesystem::path& out, const slam::SavedMap& map) {

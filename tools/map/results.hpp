@@ -8,6 +8,7 @@
 
 #include "common/line_map.hpp"
 #include "lcm_tools/files/output_folder.hpp"
+#include "slam/localization/saved_map.hpp"
 #include "tools/map/map_job.hpp"
 #include "tools/map/self_correction.hpp"
 

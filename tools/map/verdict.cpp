@@ -10,6 +10,7 @@
 #include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "slam/map/visits.hpp"
+#include "slam/process/mapper2d_adapter.hpp"
 
 namespace marco {
 namespace {
@@ -34,7 +35,8 @@ std::string picture_name(std::size_t reason) {
 // Since the first scan of the recordings.
 double seconds_into(const MapJob& job, Utime utime) {
   Utime first = utime;
-  for (const StampedPose2& pose : job.live_trajectory()) first = std::min(first, pose.utime);
+  for (const StampedPose2& pose : job.adapter().live_trajectory())
+    first = std::min(first, pose.utime);
   return (utime - first).seconds();
 }
 

@@ -34,14 +34,14 @@ Errors judge_against_world(const MapJob& job,
                            const GridMap& map,
                            const TriangleMesh& model,
                            const std::filesystem::path& world_file) {
-  const TrajectoryFit fit = fit_to_truth(job.trajectory(), job.truth());
+  const TrajectoryFit fit = fit_to_truth(job.trajectory(), job.recorded().truth);
   require(fit.count >= 2,
           "--world: the recording has no TRUE_POSE to align the map with the world");
   const sim::RayCaster world(
       sim::build_world(process::load_options<sim::WorldSpec>(world_file.string())));
   Errors errors;
   note(errors, "map",
-       sim::map_error(map, world, fit.truth_from_estimate, laser_height_m(job.sensors())));
+       sim::map_error(map, world, fit.truth_from_estimate, laser_height_m(job.recorded().sensors)));
   note(errors, "model", sim::model_error(model, world, lift(fit.truth_from_estimate)));
   return errors;
 }

@@ -8,10 +8,12 @@
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
+#include "slam/process/mapper2d_adapter.hpp"
 #include "tests/experiments/figures/matching_figures.hpp"
 #include "tests/experiments/figures/photograph_figures.hpp"
 #include "tests/experiments/figures/thesis_figures.hpp"
 #include "tools/map/map_job.hpp"
+#include "tools/map/map_options.hpp"
 #include "tools/map/photographs.hpp"
 #include "tools/texture/photograph_list.hpp"
 #include "viewer/process/render_command.hpp"
@@ -23,10 +25,11 @@ namespace {
 std::vector<WalkScan> walk_of(const MapJob& job) {
   constexpr double kStepM = 0.5, kStepDeg = 25.0;
   std::map<int64_t, Pose2> odometry, truth;
-  for (const StampedPose2& pose : job.odometry_trajectory()) {
+  for (const StampedPose2& pose : job.adapter().odometry_trajectory()) {
     odometry[pose.utime.us] = pose.world_from_robot;
   }
-  for (const StampedPose2& pose : job.truth().poses) truth[pose.utime.us] = pose.world_from_robot;
+  for (const StampedPose2& pose : job.recorded().truth.poses)
+    truth[pose.utime.us] = pose.world_from_robot;
   std::vector<WalkScan> scans;
   for (const slam::Keyframe& key : job.keyframes()) {
     const auto odom = odometry.find(key.utime.us);
@@ -68,7 +71,8 @@ std::vector<Figure> draw_photographs(
     const std::string& log,
     const std::filesystem::path& folder,
     const std::vector<std::vector<mapping3d::ScenePoints>>& stops) {
-  if (write_photographs(folder, {log}, job.trajectory(), job.sensors(), {}).chosen == 0) return {};
+  if (write_photographs(folder, {log}, job.trajectory(), job.recorded().sensors, {}).chosen == 0)
+    return {};
   const std::filesystem::path list = folder / "photographs.toml";
   std::vector<PosedPhotograph> photographs;
   for (const PhotographSpec& spec :

@@ -13,6 +13,7 @@
 
 #include "lcm_tools/tests/support/temporary_folder.hpp"
 #include "mapping3d/point_tree.hpp"
+#include "mapping3d/process/mapping3d_adapter.hpp"
 #include "mapping3d/registration.hpp"
 #include "mapping3d/straightening.hpp"
 #include "tests/support/real_data.hpp"
@@ -184,7 +185,7 @@ TEST(NoddingScans, AreAsSharpThroughTheFrontDoorAndTheRobotStands) {
   if (data == nullptr) return;
   for (const auto& [set, stops] : {std::pair{"nodding_lms", 3U}, {"nodding_lms_interlaced", 1U}}) {
     const testing::TemporaryFolder folder;
-    MapJob job({}, PathMaker::scans, folder.path());
+    MapJob job(folder.path());
     job.read({std::string(data) + "/" + set}, {});
     job.finish();
     std::size_t moves = 0;
@@ -195,10 +196,10 @@ TEST(NoddingScans, AreAsSharpThroughTheFrontDoorAndTheRobotStands) {
     EXPECT_EQ(moves, stops - 1) << set;
     // A frame 1.46 m to the left, at the axis of the tilt.
     const bool has_frame = stops > 1;
-    ASSERT_EQ(job.own_body().size(), has_frame ? 1U : 0U) << set;
+    ASSERT_EQ(job.calibration().body.size(), has_frame ? 1U : 0U) << set;
     if (has_frame) {
-      EXPECT_NEAR(job.own_body()[0].last_deg, 90.0, 1.5);
-      EXPECT_NEAR(job.own_body()[0].within_m, 1.52, 0.03);
+      EXPECT_NEAR(job.calibration().body[0].last_deg, 90.0, 1.5);
+      EXPECT_NEAR(job.calibration().body[0].within_m, 1.52, 0.03);
     }
     std::vector<std::vector<Point>> scans;
     for (const ScenePoints& scene : job.mapping3d().mapper().placed()) {
@@ -220,11 +221,11 @@ TEST(TiltingLaser, NothingOfTheRoomIsTakenForTheRobot) {
   const char* data = marco::testing::real_data();
   if (data == nullptr) return;
   const testing::TemporaryFolder folder;
-  MapJob job({}, PathMaker::scans, folder.path());
+  MapJob job(folder.path());
   job.read({std::string(data) + "/rosbags/ship_interior_with_tilting_laser.bag"}, {});
   job.finish();
   EXPECT_EQ(job.mapping3d().mapper().scenes().size(), 3U);
-  EXPECT_TRUE(job.own_body().empty()) << describe(job.own_body());
+  EXPECT_TRUE(job.calibration().body.empty()) << describe(job.calibration().body);
 }
 
 /// Lines of: line, tilt [deg], bearing [deg], range [m].

@@ -69,7 +69,7 @@ marco_package(marco-robot OF_OURS lcm-tools SUMMARY "indoor maps from a 2D laser
   TEXT "Makes a floor plan, the path that was driven and a 3D model from a recording
 or a running robot. Drivers of lasers and bases, SLAM, a simulator, and the
 command marco-robot in front of them all."
-  DEPENDS "adduser, iproute2, liblcm-bin, procps" RECOMMENDS "marco-robot-viewer, udev" SUGGESTS "marco-robot-doc, python3-marco-robot"
+  DEPENDS "adduser, iproute2, liblcm-bin, procps, python3" RECOMMENDS "marco-robot-viewer, udev" SUGGESTS "marco-robot-doc, python3-marco-robot"
   CONTROL_EXTRA ${debian}/postinst ${debian}/prerm ${debian}/postrm)
 marco_package(marco-robot-viewer OF_OURS marco-robot SUMMARY "pictures, page in the browser and cameras of marco-robot"
   TEXT "The programs that stand on OpenCV and OpenGL: pictures of maps and models,

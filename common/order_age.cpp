@@ -1,21 +1,15 @@
 #include "common/order_age.hpp"
 
-#include <cstdio>
-
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco {
 namespace {
 
 std::string in_words(double seconds) {
   constexpr double kDayS = 86400.0, kMuchS = 1000.0;  // how it is told, only
-  char text[40];
-  if (seconds >= kDayS) {
-    std::snprintf(text, sizeof(text), "%.0f days", seconds / kDayS);
-  } else {
-    std::snprintf(text, sizeof(text), seconds < kMuchS ? "%.1f s" : "%.0f s", seconds);
-  }
-  return text;
+  if (seconds >= kDayS) return format("%.0f days", seconds / kDayS);
+  return format(seconds < kMuchS ? "%.1f s" : "%.0f s", seconds);
 }
 
 }  // namespace

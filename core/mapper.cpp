@@ -14,7 +14,7 @@ Mapper::Mapper() : Mapper(Options()) {}
 Mapper::Mapper(const Options& options)
     : options_(options.slam),
       input_(options.input,
-             ChannelNames{"", channel_itself},
+             ChannelNames{kPanTilt, channel_itself},
              [this](const std::string& cause) { ++ignored_[cause]; }),
       slam_(options.slam) {}
 
@@ -27,6 +27,11 @@ void Mapper::add(const OdometrySample& odometry) {
 
 void Mapper::add(const ImuSample& imu) {
   input_.add(imu);
+  map_complete_scans();
+}
+
+void Mapper::add(const PanTiltState& head) {
+  input_.add(head);
   map_complete_scans();
 }
 

@@ -25,6 +25,7 @@ namespace marco {
 /// grows with the area mapped, and by 100 bytes a scan.
 class Mapper {
  public:
+  static constexpr const char* kPanTilt = "PANTILT_STATE";
   struct Options {
     SynchronizerOptions input;
     slam::SlamOptions slam;
@@ -42,6 +43,9 @@ class Mapper {
   void add(const OdometrySample& odometry);
   /// Optional: the yaw rate of a gyroscope.
   void add(const ImuSample& imu);
+  /// Of a laser on a pan-tilt (SensorInfo::Mount::pantilt). The pan-tilt's own place on the robot
+  /// is the SensorInfo of the channel kPanTilt. Scans of a tilted or panning laser get a pose only.
+  void add(const PanTiltState& head);
   /// @param scan  of a laser that was announced; others are ignored, see ignored().
   void add(LaserScan scan);
 

@@ -1,15 +1,16 @@
 #include "mapping3d/calibration.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <utility>
 
+#include "common/linear_algebra.hpp"
+
 namespace marco::mapping3d {
 namespace {
 
-constexpr Eigen::Index kParameters = 8;
+constexpr int kParameters = 8;
 using Parameters = Eigen::Matrix<double, kParameters, 1>;
 using Information = Eigen::Matrix<double, kParameters, kParameters>;
 // The first are lengths [m], then come angles [rad] and a time [s].
@@ -22,12 +23,6 @@ PanTiltCorrection to_correction(const Parameters& p) {
   return {p[0], p[1], p[2], p[3], rad_to_deg(p[4]), rad_to_deg(p[5]), rad_to_deg(p[6]), p[kLate]};
 }
 
-/// @param matrix  symmetric, positive definite
-Information inverse_of(const Information& matrix) {
-  // Of dynamic size, as in registration.cpp: the compiler needs a fifth of the time.
-  return Eigen::MatrixXd(matrix).ldlt().solve(Eigen::MatrixXd::Identity(kParameters, kParameters));
-}
-
 /// Where a patch's centre goes when a parameter grows.
 using Derivatives = Eigen::Matrix<double, 3, kParameters>;
 
@@ -36,10 +31,7 @@ struct Sweep {
   std::vector<Derivatives> derivatives;
 };
 
-struct System {
-  Information information = Information::Zero();
-  Parameters gradient = Parameters::Zero();
-};
+using System = NormalEquations<kParameters>;
 
 class Calibrator {
  public:
@@ -171,9 +163,8 @@ class Calibrator {
           (b.derivatives[i] - a.derivatives[found->partner]).transpose() * found->normal;
       const double thickness2_m2 =
           moved.thickness2_m2() + a.index->surfels[found->partner].thickness2_m2();
-      const double weight = association_.weight(found->residual_m, scales.lorentz_m, thickness2_m2);
-      system.information.noalias() += weight * jacobian * jacobian.transpose();
-      system.gradient += weight * found->residual_m * jacobian;
+      system.add(jacobian, found->residual_m,
+                 association_.weight(found->residual_m, scales.lorentz_m, thickness2_m2));
     }
   }
 

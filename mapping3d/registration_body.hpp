@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "common/linear_algebra.hpp"
 #include "common/pose3.hpp"
 #include "mapping3d/surfels.hpp"
 
@@ -29,17 +29,11 @@ struct RegistrationBody {
 
 /// What one pair says about a turn and shift of the second body against the first, about the
 /// world's origin.
-struct PairSystem {
-  Matrix6d information = Matrix6d::Zero();
-  Vector6d gradient = Vector6d::Zero();
+struct PairSystem : NormalEquations<6> {
   double weight = 0.0;
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();  ///< weighted sum, as placed
   std::vector<double> residuals_m;
 
-  void add(const Vector6d& jacobian, double residual_m, double by) {
-    information.noalias() += by * jacobian * jacobian.transpose();
-    gradient += by * residual_m * jacobian;
-  }
   /// Keeps the path's relative shift along directions with hardly any normals: these are noise.
   void hold_loose_shifts(const Pose3& world_from_a, const Pose3& world_from_b);
 };

@@ -1,7 +1,6 @@
 #include "mapping3d/scene_mesh.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "mapping3d/scene_quads.hpp"
 

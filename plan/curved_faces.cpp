@@ -144,7 +144,7 @@ class ArcSearch {
     return circle.radius_m * piece.span_rad;
   }
 
-  // Scattered hits are no face.
+  // Scattered hits are not a face.
   bool is_covered(const Circle& circle, const Piece& piece) const {
     constexpr double kStepM = 0.1, kPart = 0.7;  // of its steps
     const auto steps = static_cast<std::size_t>(std::ceil(length_m(circle, piece) / kStepM)) + 1;

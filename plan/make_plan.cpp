@@ -65,8 +65,8 @@ void measure(const FloorPlan& plan, PlanRoom& room) {
   for (const int axis : {0, 1}) measure_clear(room, axis);
 }
 
-// People and doors that moved are no faces: beams went through where they stood. Glass stays: long,
-// and seen from many places.
+// People and doors that moved are not faces: beams went through where they stood. Glass stays:
+// long, and seen from many places.
 bool is_passing(WallFace& face, const FreeSpace& space) {
   int free = 0, all = 0;
   for (double s = face.low_m; s <= face.high_m; s += 0.05, ++all) free += space.is_free(face.at(s));

@@ -169,7 +169,7 @@ class FaceSearch {
         std::min(static_cast<std::size_t>(a_centimetre / 2) + 1, ends.size() / 20);
     face.low_m = ends[cut];
     face.high_m = ends[ends.size() - 1 - cut];
-    // Scattered hits are no face.
+    // Scattered hits are not a face.
     const double covered = 0.05 * static_cast<double>(members.size());
     return face.length_m() >= kLeastM && covered > 0.5 * face.length_m();
   }

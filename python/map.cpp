@@ -9,7 +9,6 @@
 #include "tools/map/judged_map.hpp"
 #include "tools/map/map_arguments.hpp"
 #include "tools/map/scratch_folder.hpp"
-#include "tools/map/self_correction.hpp"
 
 namespace py = pybind11;
 
@@ -42,10 +41,9 @@ Map make(const std::vector<std::string>& inputs, const std::string& config, bool
   arguments.inputs = inputs;
   arguments.config = config;
   arguments.lines = lines;
-  const MapOptions options = load_batch_options(arguments, {});
   const ScratchFolder folder;
-  JudgedMap made = make_map(arguments, options, {}, folder.path(), {});
-  correct(arguments, options, {}, folder.path(), made);
+  const JudgedMap made =
+      make_corrected_map(arguments, load_batch_input(arguments), folder.path()).map;
   const MapJob& job = *made.job;
   Map map{job.trajectory(),
           job.live_trajectory(),

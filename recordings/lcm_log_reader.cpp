@@ -38,6 +38,7 @@ class LcmLogReader : public files::QueuedReader {
     report_.format = "LCM log";
     report_.paths = {path.string()};
     report_.notes = survey_.notes;
+    report_.pictures = survey_.pictures;
   }
 
   double progress() const override {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "bot_core/image_t.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
@@ -201,6 +202,7 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
   const auto size = static_cast<double>(std::max<int64_t>(1, log.size_bytes()));
   const auto reached = [&](int64_t at) { look.update(static_cast<double>(at) / size); };
   log.on_search(reached);
+  const std::string picture = fingerprint_text(bot_core::image_t::getHash());
   int64_t events = 0;
   while (const std::optional<LogEvent> event = log.next()) {
     ++events;
@@ -213,6 +215,7 @@ LogSurvey survey_log(const std::string& path, const ForeignTable& table) {
     if (event->channel == channels::kSensorInfo) survey.has_sensor_info = true;
     if (is_new || channel.meaning == LoggedChannel::Meaning::passed_by) {
       channel.fingerprint = fingerprint_in(event->bytes);
+      survey.pictures += channel.fingerprint == picture ? 1 : 0;
       channel.meaning = classify(*event, table, survey.has_sensor_info, channel.foreign);
       if (channel.meaning == LoggedChannel::Meaning::lidar) {
         channel.complete_us = complete_us(*event, channel.foreign);

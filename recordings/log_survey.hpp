@@ -30,6 +30,7 @@ struct LogSurvey {
   std::map<std::string, LoggedChannel> channels;
   std::string lidar_channel;  ///< the first laser's: its clock is the log's
   bool has_sensor_info = false;
+  int64_t pictures = 0;              ///< events of bot_core.image_t
   bool stamps_are_unusable = false;  ///< they stand still or have another unit than microseconds
   std::set<int64_t> stopped_us;      ///< event times that stood still while the stamps advanced
   std::vector<std::string> notes;    ///< clocks that disagree, for the report

@@ -19,6 +19,7 @@ struct InputReport {
   std::map<std::string, int64_t> dropped;     ///< by cause
   std::map<std::string, std::string> places;  ///< first place of each cause: "line 12", "byte 4711"
   std::vector<std::string> notes;             ///< assumptions and oddities
+  int64_t pictures = 0;                       ///< of cameras, which are not samples
 
   void drop(const std::string& cause, const std::string& place) {
     if (++dropped[cause] == 1) places[cause] = place;

@@ -1,8 +1,85 @@
+#include <vector>
+
 #include "lcm_tools/base/check.hpp"
-#include "slam/back_end/session_loop_search.hpp"
+#include "slam/back_end/loop_closer.hpp"
 #include "slam/slam.hpp"
 
 namespace marco::slam {
+namespace {
+
+// How far a session is taken to have driven since a loop was last closed: it was just found.
+constexpr double kSinceFoundM = 1.0;
+
+/// Loop closures between a map and a session that was appended to it: each keyframe of the session
+/// searches the map, as if it had been driven to after the map's last one. Not thread-safe.
+class SessionLoopSearch {
+ public:
+  /// @param closer  outlives the search
+  /// @param keys  of both; those of the session begin at `first_key`
+  /// @param searched_path_m  of the last search before
+  SessionLoopSearch(const LoopCloser& closer,
+                    const std::vector<Keyframe>& keys,
+                    int first_key,
+                    double searched_path_m);
+
+  /// Call for each keyframe of the session in turn. @returns loops from the map to it.
+  std::vector<Loop> search(const std::vector<Keyframe>& keys, int key);
+  /// Keyframes have moved. @param key  the last one searched for
+  void update_poses(const std::vector<Keyframe>& keys, int key);
+
+ private:
+  const LoopCloser* closer_;
+  int first_key_;
+  double searched_path_m_;
+  /// The map's keyframes, a gap of empty ones, and the session's last ones: what is matched
+  /// together around a place ends between the sessions.
+  std::vector<Keyframe> nearby_;
+};
+
+SessionLoopSearch::SessionLoopSearch(const LoopCloser& closer,
+                                     const std::vector<Keyframe>& keys,
+                                     int first_key,
+                                     double searched_path_m)
+    : closer_(&closer),
+      first_key_(first_key),
+      searched_path_m_(searched_path_m),
+      nearby_(keys.begin(), keys.begin() + first_key) {
+  Keyframe nothing;
+  nothing.points_in_robot = {Points2(2, 0), Points2(2, 0)};
+  nothing.path_m = keys.back().path_m;
+  nearby_.resize(nearby_.size() + static_cast<std::size_t>(closer.options().around), nothing);
+}
+
+std::vector<Loop> SessionLoopSearch::search(const std::vector<Keyframe>& keys, int key) {
+  const int around = closer_->options().around;
+  // Of the session as many keyframes as are matched together.
+  const int first_nearby = first_key_ + around;
+  if (static_cast<int>(nearby_.size()) > first_nearby + around) {
+    nearby_.erase(nearby_.begin() + first_nearby);
+  }
+  const Keyframe& newest = keys[static_cast<std::size_t>(key)];
+  nearby_.push_back(newest);
+  const bool is_last = static_cast<std::size_t>(key) + 1 == keys.size();
+  if (newest.path_m - searched_path_m_ < closer_->options().attempt_every_m && !is_last) return {};
+  searched_path_m_ = newest.path_m;
+  std::vector<Loop> loops =
+      closer_->find(nearby_, uncertainties_by_path(nearby_), newest.path_m - kSinceFoundM);
+  std::erase_if(loops, [this](const Loop& loop) { return loop.from >= first_key_; });
+  for (Loop& loop : loops) loop.to = key;
+  return loops;
+}
+
+void SessionLoopSearch::update_poses(const std::vector<Keyframe>& keys, int key) {
+  const int newest_nearby = static_cast<int>(nearby_.size()) - 1;
+  for (int i = 0; i <= newest_nearby; ++i) {
+    if (i >= first_key_ && i < first_key_ + closer_->options().around) continue;
+    const int at = i < first_key_ ? i : key - (newest_nearby - i);
+    nearby_[static_cast<std::size_t>(i)].world_from_robot =
+        keys[static_cast<std::size_t>(at)].world_from_robot;
+  }
+}
+
+}  // namespace
 
 void Slam::join(const SlamState& session, const PoseGraphEdge& edge) {
   check(session);

@@ -47,7 +47,7 @@ struct NearestReturn {
   double range_m = 0.0;      ///< from its laser
   double bearing_rad = 0.0;  ///< as the laser sees it, from the robot's x axis; left > 0
 };
-/// Of all lasers, by channel. Scans older than a second are passed over.
+/// Of all lasers, by channel. Scans older than a second are ignored.
 std::optional<NearestReturn> nearest_return(const std::map<std::string, SynchronizedScan>& newest,
                                             Utime now);
 

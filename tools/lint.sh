@@ -2,9 +2,9 @@
 # Is the code laid out by .clang-format, what does .clang-tidy say of it, and how does it read? `./marco lint` calls this.
 #   lint.sh format [FILE...]           names the files that clang-format would change
 #   lint.sh tidy BUILD [FILE...]       runs clang-tidy over the sources that BUILD compiles; in a unity build, joined
-#   lint.sh docs                       spelling, phrases of tools/phrases.txt, constants that decide about a map without
-#                                      a comment, comments of headers that doxygen cannot follow
-#   lint.sh lines                      lines of each room beside the budget of tools/lines.txt
+#   lint.sh docs                       spelling, phrases of tools/phrases.txt and phrase_counts.txt, constants that decide
+#                                      about a map without a comment, comments of headers that doxygen cannot follow
+#   lint.sh lines                      lines of each room against the budget of tools/lines.txt
 # Without FILEs: the whole tree. Exit code 1: something was found.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -38,7 +38,7 @@ case $what in
     if [ $# -gt 0 ]; then
       mapfile -t compiled < <(printf '%s\n' "${compiled[@]}" | awk 'NR == FNR { wanted[$0]; next } $0 in wanted' <(printf '%s\n' "$@") -)
     fi
-    [ ${#compiled[@]} -gt 0 ] || { echo "clang-tidy: nothing to look at"; exit 0; }
+    [ ${#compiled[@]} -gt 0 ] || { echo "clang-tidy: nothing to check"; exit 0; }
     echo "clang-tidy: ${#compiled[@]} files"
     judge() { xargs -r -d '\n' -n 1 -P "$(nproc)" "$tidy" -p "$build" --quiet "$@"; }
     found=0
@@ -59,6 +59,17 @@ case $what in
       case $phrase in '#'*) continue ;; esac
       ! grep -niwH -e "$phrase" "${read[@]}" || { echo "  '$phrase': write $instead"; found=1; }
     done <tools/phrases.txt
+    mapfile -t page < <(git ls-files 'web/page/*.js' 'web/page/*.html')
+    while IFS='|' read -r phrase most instead; do
+      case $phrase in '#'*) continue ;; esac
+      lines=$(cat "${read[@]}" "${page[@]}" </dev/null | grep -icw -e "$phrase" || true)
+      if [ "$lines" -gt "$most" ]; then
+        echo "tools/phrase_counts.txt: '$phrase' in $lines lines, at most $most: write $instead"
+        found=1
+      elif [ "$lines" -lt "$most" ]; then
+        echo "tools/phrase_counts.txt: '$phrase' fell to $lines lines: lower its $most"
+      fi
+    done <tools/phrase_counts.txt
     git ls-files -z 'common/*.[ch]pp' 'slam/*.[ch]pp' 'mapping3d/*.[ch]pp' | xargs -0 awk -f tools/bare_constants.awk || found=1
     mkdir -p build/doxygen
     warnings=$(doxygen Doxyfile 2>&1 >/dev/null | sort -u)

@@ -11,6 +11,7 @@ declare -A packages_for=(
   [bridge]="libboost-dev"
   [page]="libboost-dev libssl-dev libjs-three libqrencode-dev"
   [replay]="liblcm-bin"
+  [many]="python3"
   [python]="python3-dev pybind11-dev python3-numpy"
   [test]="libgtest-dev libgmock-dev libassimp-dev libpoppler-cpp-dev libegl-dev libgl1-mesa-dri python3 python3-venv python3-pip python3-setuptools python3-wheel tmux ccache lld"
   [peers]="libmrpt-hwdrivers-dev pcl-tools python3-ezdxf python3-open3d python3-rosbag python3-rosmaster python3-rospy python3-geometry-msgs python3-nav-msgs python3-tf2-msgs chromium"

@@ -21,7 +21,7 @@ class GlProgram {
   GlProgram& operator=(const GlProgram&) = delete;
 
   void use() const;
-  /// Uniforms of the program in use; names the compiler optimized away are passed over.
+  /// Uniforms of the program in use; names the compiler optimized away are ignored.
   void set(const char* name, const Eigen::Matrix4d& value) const;
   void set(const char* name, const Eigen::Vector3d& value) const;
   void set(const char* name, const Eigen::Vector2d& value) const;

@@ -16,7 +16,7 @@ void write_png(const Picture& picture, const std::string& path);
 /// @throws std::runtime_error naming the path when it is missing or no picture.
 Picture read_picture(const std::string& path);
 
-/// The same of a file's bytes. @throws std::invalid_argument when they are no picture.
+/// The same of a file's bytes. @throws std::invalid_argument when they are not a picture.
 Picture decode_picture(std::string_view bytes);
 
 }  // namespace marco::viewer

@@ -10,7 +10,7 @@
 
 namespace marco::web {
 
-/// The connections that are no WebSockets, and which of them is closed where one more has no room:
+/// The connections that are not WebSockets, and which of them is closed where one more has no room:
 /// of the address that has most of them, the one that has waited longest for a request; where none
 /// waits, the one whose answer takes longest. One thread.
 class Connections {

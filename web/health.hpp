@@ -44,7 +44,7 @@ class Health {
                  const std::vector<double>& battery_v,
                  const std::string& note,
                  int64_t now_us);
-  /// A scan of SLAM's pose was measured so long ago. Ages of other clocks are passed over.
+  /// A scan of SLAM's pose was measured so long ago. Ages of other clocks are ignored.
   void take_pose_age(double age_s, int64_t now_us);
 
   /// @param utime_us  the message's stamp

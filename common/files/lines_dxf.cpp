@@ -1,7 +1,8 @@
 #include "common/files/lines_dxf.hpp"
 
-#include <cstdio>
 #include <numbers>
+
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::files {
 
@@ -14,30 +15,22 @@ std::string lines_dxf(const LineMap& map) {
       "0\nLAYER\n2\nCORNERS\n70\n0\n62\n1\n6\nCONTINUOUS\n0\nENDTAB\n0\nENDSEC\n"
       "0\nSECTION\n2\nENTITIES\n";
   for (const Wall& wall : map.walls) {
-    char text[200];
-    std::snprintf(text, sizeof(text),
-                  "0\nLINE\n8\nWALLS\n10\n%.6f\n20\n%.6f\n30\n0.0\n11\n%.6f\n21\n%.6f\n31\n0.0\n",
+    dxf += format("0\nLINE\n8\nWALLS\n10\n%.6f\n20\n%.6f\n30\n0.0\n11\n%.6f\n21\n%.6f\n31\n0.0\n",
                   wall.start_m.x(), wall.start_m.y(), wall.end_m.x(), wall.end_m.y());
-    dxf += text;
   }
   constexpr double kDegrees = 180.0 / std::numbers::pi;
   for (const RoundWall& wall : map.round_walls) {
-    char text[200];
-    std::snprintf(text, sizeof(text), "0\n%s\n8\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n40\n%.6f\n",
+    dxf += format("0\n%s\n8\n%s\n10\n%.6f\n20\n%.6f\n30\n0.0\n40\n%.6f\n",
                   wall.is_whole() ? "CIRCLE" : "ARC",
                   wall.is_whole() && !wall.from_inside ? "POSTS" : "WALLS", wall.centre_m.x(),
                   wall.centre_m.y(), wall.radius_m);
-    dxf += text;
     if (wall.is_whole()) continue;
-    std::snprintf(text, sizeof(text), "50\n%.6f\n51\n%.6f\n", wall.from_rad * kDegrees,
+    dxf += format("50\n%.6f\n51\n%.6f\n", wall.from_rad * kDegrees,
                   (wall.from_rad + wall.span_rad) * kDegrees);
-    dxf += text;
   }
   for (const CornerPoint& corner : map.corners) {
-    char text[100];
-    std::snprintf(text, sizeof(text), "0\nPOINT\n8\nCORNERS\n10\n%.6f\n20\n%.6f\n30\n0.0\n",
-                  corner.at_m.x(), corner.at_m.y());
-    dxf += text;
+    dxf += format("0\nPOINT\n8\nCORNERS\n10\n%.6f\n20\n%.6f\n30\n0.0\n", corner.at_m.x(),
+                  corner.at_m.y());
   }
   return dxf + "0\nENDSEC\n0\nEOF\n";
 }

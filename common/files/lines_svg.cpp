@@ -1,19 +1,15 @@
 #include "common/files/lines_svg.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 
 #include "common/files/metre_svg.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::files {
 namespace {
 
 std::string attributes_of(double existence) {
-  std::array<char, 60> attributes{};
-  std::snprintf(attributes.data(), attributes.size(), "class=\"wall\" opacity=\"%.2f\"",
-                std::clamp(existence, 0.2, 1.0));
-  return attributes.data();
+  return format("class=\"wall\" opacity=\"%.2f\"", std::clamp(existence, 0.2, 1.0));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "common/files/text_fields.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/format.hpp"
 #include "lcm_tools/files/inside_folder.hpp"
 #include "lcm_tools/files/readable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
@@ -104,12 +105,11 @@ void write_map(const std::filesystem::path& folder,
     }
   }
   write_whole_file(folder / picture_name, picture);
-  char yaml[300];
-  std::snprintf(yaml, sizeof yaml,
-                "resolution: %.6f\norigin: [%.6f, %.6f, 0.0]\nnegate: 0\n"
-                "occupied_thresh: 0.65\nfree_thresh: 0.196\n",
-                map.resolution_m, map.origin_m.x(), map.origin_m.y());
-  write_whole_file(folder / "map.yaml", "image: " + picture_name + "\n" + yaml);
+  write_whole_file(folder / "map.yaml",
+                   "image: " + picture_name +
+                       format("\nresolution: %.6f\norigin: [%.6f, %.6f, 0.0]\nnegate: 0\n"
+                              "occupied_thresh: 0.65\nfree_thresh: 0.196\n",
+                              map.resolution_m, map.origin_m.x(), map.origin_m.y()));
 }
 
 std::string picture_of_map(const std::filesystem::path& folder) {

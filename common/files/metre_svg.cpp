@@ -1,8 +1,6 @@
 #include "common/files/metre_svg.hpp"
 
-#include <array>
-#include <cmath>
-#include <cstdio>
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::files {
 
@@ -16,15 +14,13 @@ MetreSvg::MetreSvg(const Points& in_view, const std::string& style) {
   low = low.array().floor() - 0.5;
   high = high.array().ceil() + 0.5;
   const Eigen::Vector2d size = high - low;
-  std::array<char, 400> head{};
-  std::snprintf(head.data(), head.size(),
-                "<svg xmlns=\"http://www.w3.org/2000/svg\" data-metres-per-unit=\"1\" "
-                "viewBox=\"%.3f %.3f %.3f %.3f\" "
-                "width=\"%.0f\" height=\"%.0f\">\n"
-                "<rect x=\"%.3f\" y=\"%.3f\" width=\"%.3f\" height=\"%.3f\" fill=\"white\"/>\n",
-                low.x(), -high.y(), size.x(), size.y(), 40.0 * size.x(), 40.0 * size.y(), low.x(),
-                -high.y(), size.x(), size.y());
-  svg_ = head.data();
+  svg_ = format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" data-metres-per-unit=\"1\" "
+      "viewBox=\"%.3f %.3f %.3f %.3f\" "
+      "width=\"%.0f\" height=\"%.0f\">\n"
+      "<rect x=\"%.3f\" y=\"%.3f\" width=\"%.3f\" height=\"%.3f\" fill=\"white\"/>\n",
+      low.x(), -high.y(), size.x(), size.y(), 40.0 * size.x(), 40.0 * size.y(), low.x(), -high.y(),
+      size.x(), size.y());
   svg_ += "<style>.grid{stroke:#ddd;stroke-width:0.01}" + style + "</style>\n";
   const Eigen::Vector2i first = low.array().ceil().cast<int>();
   const Eigen::Vector2i last = high.array().floor().cast<int>();
@@ -39,34 +35,27 @@ MetreSvg::MetreSvg(const Points& in_view, const std::string& style) {
 void MetreSvg::line(const std::string& attributes,
                     const Eigen::Vector2d& from,
                     const Eigen::Vector2d& to) {
-  std::array<char, 200> text{};
-  std::snprintf(text.data(), text.size(), " x1=\"%.4f\" y1=\"%.4f\" x2=\"%.4f\" y2=\"%.4f\"/>\n",
-                from.x(), -from.y(), to.x(), -to.y());
-  svg_ += "<line " + attributes + text.data();
+  svg_ += "<line " + attributes +
+          format(" x1=\"%.4f\" y1=\"%.4f\" x2=\"%.4f\" y2=\"%.4f\"/>\n", from.x(), -from.y(),
+                 to.x(), -to.y());
 }
 
 void MetreSvg::circle(const std::string& attributes,
                       const Eigen::Vector2d& middle,
                       double radius_m) {
-  std::array<char, 120> text{};
-  std::snprintf(text.data(), text.size(), " cx=\"%.4f\" cy=\"%.4f\" r=\"%.4f\"/>\n", middle.x(),
-                -middle.y(), radius_m);
-  svg_ += "<circle " + attributes + text.data();
+  svg_ += "<circle " + attributes +
+          format(" cx=\"%.4f\" cy=\"%.4f\" r=\"%.4f\"/>\n", middle.x(), -middle.y(), radius_m);
 }
 
 void MetreSvg::text(const Eigen::Vector2d& middle, const std::string& plain) {
-  std::array<char, 100> place{};
-  std::snprintf(place.data(), place.size(), "<text x=\"%.4f\" y=\"%.4f\" text-anchor=\"middle\">",
-                middle.x(), -middle.y());
-  svg_ += place.data() + plain + "</text>\n";
+  svg_ += format("<text x=\"%.4f\" y=\"%.4f\" text-anchor=\"middle\">", middle.x(), -middle.y()) +
+          plain + "</text>\n";
 }
 
 void MetreSvg::polyline(const Points& points, const std::string& attributes) {
   svg_ += "<polyline " + attributes + (attributes.empty() ? "" : " ") + "points=\"";
   for (const Eigen::Vector2d& point : points) {
-    std::array<char, 60> text{};
-    std::snprintf(text.data(), text.size(), "%.4f,%.4f ", point.x(), -point.y());
-    svg_ += text.data();
+    svg_ += format("%.4f,%.4f ", point.x(), -point.y());
   }
   svg_ += "\"/>\n";
 }

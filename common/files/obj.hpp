@@ -13,7 +13,7 @@ void write_obj(const std::filesystem::path& path, const TriangleMesh& mesh);
 
 /// Positions, normals, colours after the position, and faces; of a face with more than three
 /// corners the fan about its first one. Materials, groups, texture coordinates, lines and curves
-/// are passed over. A vertex that faces use with several normals gets their mean direction.
+/// are ignored. A vertex that faces use with several normals gets their mean direction.
 /// Normals, and colours, are read only where all faces' vertices have them.
 /// @throws std::invalid_argument naming file and line, and what is wrong there.
 TriangleMesh read_obj(const std::filesystem::path& path);

@@ -12,7 +12,7 @@ namespace marco::files {
 void write_ply(const std::filesystem::path& path, const TriangleMesh& mesh);
 
 /// Reads any PLY, text or binary of either byte order: polygons as fans of triangles, normals and
-/// colours where it has them; other elements and properties are passed over.
+/// colours where it has them; other elements and properties are ignored.
 /// @throws std::invalid_argument naming file and what was wrong.
 TriangleMesh read_ply(const std::filesystem::path& path);
 

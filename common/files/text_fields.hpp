@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <istream>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,7 +32,7 @@ inline bool read_line(std::istream& in, std::string& line) {
   return true;
 }
 
-/// Reads a line's fields, separated by spaces, tabs or commas, from left to right.
+/// Reads a line's fields, separated by spaces, tabs, commas or semicolons, from left to right.
 class TextFields {
  public:
   explicit TextFields(std::string_view line) : rest_(line) {}
@@ -56,14 +57,43 @@ class TextFields {
     if (field.empty() || parsed.ec != std::errc{} || parsed.ptr != end) return std::nullopt;
     return value;
   }
-
- private:
   // Logs are read at a hundred instructions a number: find_first_of() would take three hundred
   // more.
   static bool separates(char c) {
     return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == ',' || c == ';';
   }
+
+ private:
   std::string_view rest_;
+};
+
+/// The lines of a text. A copy continues from the same line.
+class TextRows {
+ public:
+  /// @param text  outlives this
+  /// @param name  of the file, for messages; outlives this
+  TextRows(std::string_view text, const std::string& name) : rest_(text), name_(&name) {}
+
+  /// Goes to the next line. @returns false at the end.
+  bool next_line();
+  /// Goes to the next line that holds something: comments (after # or //) and blank lines are
+  /// ignored. @returns false at the end.
+  bool next();
+  std::string_view line() const { return line_; }
+  /// Reads numbers (also nan and inf) from the line's beginning until `into` is full or something
+  /// else comes. @returns how many.
+  std::size_t numbers(std::span<double> into) const;
+  std::size_t bytes_left() const { return rest_.size(); }
+
+  /// "NAME:LINE", for messages.
+  std::string place() const { return *name_ + ":" + std::to_string(number_); }
+  /// @throws std::invalid_argument "NAME:LINE: what".
+  [[noreturn]] void fail(const std::string& what) const;
+
+ private:
+  std::string_view rest_, line_;
+  const std::string* name_;
+  std::size_t number_ = 0;
 };
 
 /// A line of a file of numbers.

@@ -1,27 +1,25 @@
 #include "common/files/tum.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <string>
 
 #include "common/files/text_fields.hpp"
 #include "common/pose3.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/format.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 
 namespace marco::files {
 
 void write_tum(const std::filesystem::path& path, const Trajectory& trajectory) {
   std::string text;
-  char line[160];
   for (const StampedPose2& stamped : trajectory) {
     const Pose2& pose = stamped.world_from_robot;
     const int64_t us = stamped.utime.us;
-    std::snprintf(line, sizeof line, "%s%lld.%06lld %.6f %.6f 0 0 0 %.9f %.9f\n", us < 0 ? "-" : "",
-                  static_cast<long long>(std::llabs(us) / 1000000),
-                  static_cast<long long>(std::llabs(us) % 1000000), pose.x_m, pose.y_m,
-                  std::sin(0.5 * pose.theta_rad), std::cos(0.5 * pose.theta_rad));
-    text += line;
+    text += format("%s%lld.%06lld %.6f %.6f 0 0 0 %.9f %.9f\n", us < 0 ? "-" : "",
+                   static_cast<long long>(std::llabs(us) / 1000000),
+                   static_cast<long long>(std::llabs(us) % 1000000), pose.x_m, pose.y_m,
+                   std::sin(0.5 * pose.theta_rad), std::cos(0.5 * pose.theta_rad));
   }
   write_whole_file(path, text);
 }

@@ -1,7 +1,8 @@
 #include "common/input/floor_line.hpp"
 
 #include <cmath>
-#include <cstdio>
+
+#include "lcm_tools/base/format.hpp"
 
 namespace marco {
 
@@ -17,11 +18,9 @@ std::size_t blank(LaserScan& scan, const FloorLine& floor) {
 }
 
 std::string describe(const FloorLine& floor) {
-  char text[96];
-  std::snprintf(text, sizeof text,
-                " is not level: its beams under %.0f deg reach the floor or the ceiling at %.2f m",
+  return floor.channel +
+         format(" is not level: its beams under %.0f deg reach the floor or the ceiling at %.2f m",
                 floor.bearing_deg, floor.from_m);
-  return floor.channel + text;
 }
 
 }  // namespace marco

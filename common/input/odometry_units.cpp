@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "common/input/input_gates.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco {
 namespace {
@@ -47,19 +47,16 @@ std::optional<std::string> OdometryUnits::look(const OdometrySample& sample) {
   const Pose2 moved = between(last->odom_from_robot, sample.odom_from_robot);
   ways_.note(moved.translation_m().norm(), step_s, kWayM, kFastestRobotMPerS);
   turns_.note(std::abs(moved.theta_rad), step_s, kTurnRad, kFastestTurnRadPerS);
-  char text[250];
   if (ways_.are_wrong()) {
-    std::snprintf(text, sizeof text,
-                  "odometry drives at %.0f m/s, faster than any robot in a building: are these "
-                  "millimetres? Marco takes metres; this odometry is not used",
-                  ways_.fastest);
-    verdict_ = text;
+    verdict_ = format(
+        "odometry drives at %.0f m/s, faster than any robot in a building: are these "
+        "millimetres? Marco takes metres; this odometry is not used",
+        ways_.fastest);
   } else if (turns_.are_wrong()) {
-    std::snprintf(text, sizeof text,
-                  "odometry turns at %.0f rad/s, faster than any robot: is its heading in degrees? "
-                  "Marco takes radians; this odometry is not used",
-                  turns_.fastest);
-    verdict_ = text;
+    verdict_ = format(
+        "odometry turns at %.0f rad/s, faster than any robot: is its heading in degrees? "
+        "Marco takes radians; this odometry is not used",
+        turns_.fastest);
   }
   return verdict_;
 }

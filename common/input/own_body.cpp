@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "common/input/input_gates.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco {
 namespace {
@@ -67,10 +67,7 @@ std::string describe(const std::vector<BodyPart>& parts) {
     } else {
       text += ", ";
     }
-    char sector[80];
-    std::snprintf(sector, sizeof sector, "%.0f to %.0f deg within %.2f m", part.first_deg,
-                  part.last_deg, part.within_m);
-    text += sector;
+    text += format("%.0f to %.0f deg within %.2f m", part.first_deg, part.last_deg, part.within_m);
   }
   return text;
 }

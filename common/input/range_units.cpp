@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "common/input/input_gates.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco {
 namespace {
@@ -49,13 +49,11 @@ std::optional<std::string> RangeUnits::look(const LaserScan& scan) {
   const double median_m = median_of_returns(std::exchange(channel.ranges_m, {}));
   if (median_m <= kNobodySeesM) return std::nullopt;
   const bool millimetres = median_m >= kMillimetresFromM;
-  char text[250];
-  std::snprintf(text, sizeof text,
-                "half the ranges of %s are beyond %.0f m, where no laser sees: are these %s? "
-                "Marco takes metres: divide the ranges by %d",
-                scan.channel.substr(0, 60).c_str(), median_m,
-                millimetres ? "millimetres" : "centimetres", millimetres ? 1000 : 100);
-  channel.verdict = text;
+  channel.verdict = format(
+      "half the ranges of %s are beyond %.0f m, where no laser sees: are these %s? "
+      "Marco takes metres: divide the ranges by %d",
+      scan.channel.substr(0, 60).c_str(), median_m, millimetres ? "millimetres" : "centimetres",
+      millimetres ? 1000 : 100);
   return channel.verdict;
 }
 

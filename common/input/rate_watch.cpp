@@ -1,9 +1,9 @@
 #include "common/input/rate_watch.hpp"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "common/input/input_gates.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco {
 namespace {
@@ -50,11 +50,9 @@ std::string RateWatch::notice() const {
   std::string all;
   for (const auto& [name, channel] : channels_) {
     if (!channel.too_fast) continue;
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  "%s: scans at %.0f Hz instead of %.0f Hz: is there a second sender?",
+    all += (all.empty() ? "" : "; ") +
+           format("%s: scans at %.0f Hz instead of %.0f Hz: is there a second sender?",
                   name.substr(0, 60).c_str(), channel.hz, channel.usual_hz);
-    all += (all.empty() ? "" : "; ") + std::string(text);
   }
   return all;
 }

@@ -34,7 +34,7 @@ bool NotRepeated::apply(const WaitingScan& in, const RuleContext& context) {
                     std::memcmp(scan.ranges_m.data(), before.ranges_m.data(),
                                 scan.ranges_m.size() * sizeof(float)) == 0;
   if (same) {
-    context.report("scan that came twice");
+    context.report("duplicate scan");
   } else {
     before = scan;
   }
@@ -92,7 +92,7 @@ std::size_t WithoutOwnBody::blank(LaserScan& scan, const RuleContext& context) {
   OwnBody& body = bodies[scan.channel];
   const bool was_known = !body.parts().empty();
   if (body.look(scan) && !was_known && !body.parts().empty()) {
-    context.report(describe(body.parts()) + ": these returns are left out");
+    context.report(describe(body.parts()) + ": these returns are ignored");
   }
   std::size_t blanked = 0;
   for (const BodyPart& part : body.parts()) blanked += marco::blank(scan, part);

@@ -126,7 +126,7 @@ void CreateBase::send_speeds(const WheelSpeeds& speeds, bool due, std::vector<ui
 
 void CreateBase::keep_link(Utime now, std::vector<uint8_t>& out) {
   if (streams_ && silent_for(kSilentS, now)) {
-    // Perhaps it still hears us: START stops its wheels.
+    // It may still receive: START stops its wheels.
     start_session(now);
     set_link(Link::down, "the robot is silent", now);
   }

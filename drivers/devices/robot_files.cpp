@@ -126,7 +126,7 @@ std::map<std::string, std::string> robot_files(const std::vector<PortReport>& re
   }
   if (files.empty()) return files;
   files["robot.procman"] =
-      "# The devices that `marco devices` found; each has its settings beside this file:\n"
+      "# The devices that `marco devices` found; each has its settings next to this file:\n"
       "#   marco run " +
       folder + "/robot.procman go\n\ninclude " + quoted(mapping) + ";\n\ngroup \"robot\" {\n" +
       commands +

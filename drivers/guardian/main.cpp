@@ -19,7 +19,7 @@ namespace {
 using namespace marco;           // NOLINT(google-build-using-namespace): a main has no other names
 using namespace marco::drivers;  // NOLINT(google-build-using-namespace)
 
-/// Into a cgroup beside the driver's, which may be frozen. Where that is not allowed it stays.
+/// Into a cgroup next to the driver's, which may be frozen. Where that is not allowed it stays.
 void leave_cgroup() {
   std::string folder, own;
   std::ifstream mounts("/proc/self/mounts"), groups("/proc/self/cgroup");

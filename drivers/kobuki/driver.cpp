@@ -131,7 +131,7 @@ void KobukiBase::send_speeds(const WheelSpeeds& speeds, bool due, std::vector<ui
 void KobukiBase::keep_link(Utime now, std::vector<uint8_t>& out) {
   if (speaks_ && silent_for(kSilentS, now)) {
     start_session(now);
-    append(out, velocity_request(0.0, 0.0));  // perhaps it still hears us
+    append(out, velocity_request(0.0, 0.0));  // it may still receive
     set_link(Link::down, "the robot is silent: is it switched on?", now);
   }
   if (speaks_ && firmware_.empty() && ask_is_due(kAskEveryS, now)) append(out, version_request());

@@ -23,7 +23,7 @@ class Dialogue : public LaserDriver {
     const std::size_t count =
         stream_.read(buffer, asks() ? std::clamp(rest, microseconds(0), kStep) : kStep);
     const Utime arrival = clock_();
-    if (hears()) {
+    if (is_receiving()) {
       parser_.push({buffer, count});
       while (const auto answer = parser_.next()) on_answer(*answer, arrival);
     }
@@ -63,7 +63,7 @@ class Dialogue : public LaserDriver {
   /// Whether an answer is due at the deadline. Otherwise scans come.
   virtual bool asks() const = 0;
   /// false: what comes is thrown away.
-  virtual bool hears() const { return true; }
+  virtual bool is_receiving() const { return true; }
   virtual void on_answer(const Parsed& answer, Utime arrival) = 0;
   virtual void on_timeout() = 0;
 };

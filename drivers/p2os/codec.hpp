@@ -120,7 +120,7 @@ struct Sip {
   bool operator==(const Sip&) const = default;
 };
 Bytes encode_sip(const Sip& sip);
-/// Bytes beyond the standard fields, which newer firmware sends, are passed over.
+/// Bytes beyond the standard fields, which newer firmware sends, are ignored.
 std::optional<Sip> decode_sip(std::span<const uint8_t> payload);
 
 }  // namespace marco::drivers::p2os

@@ -74,7 +74,9 @@ class RplidarDriver final : public Dialogue<AnswerParser, TurnAssembler> {
   };
 
   bool asks() const override { return phase_ != Phase::measuring; }
-  bool hears() const override { return phase_ != Phase::stopping && phase_ != Phase::resetting; }
+  bool is_receiving() const override {
+    return phase_ != Phase::stopping && phase_ != Phase::resetting;
+  }
   void on_answer(const Block& block, Utime arrival) override;
   void on_timeout() override;
   void try_next_speed();

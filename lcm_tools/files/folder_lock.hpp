@@ -4,7 +4,7 @@
 
 namespace marco::files {
 
-/// Names that OutputFolder uses beside and inside of a folder of results.
+/// Names that OutputFolder uses next to and inside a folder of results.
 inline constexpr const char* kWorkFolder = ".marco-part";      ///< unfinished results in the folder
 inline constexpr const char* kWorkMark = ".marco-unfinished";  ///< in unfinished results; locked
 

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::logs {
 namespace {
@@ -130,17 +131,11 @@ std::string to_text(Utime time) {
     --seconds;
   }
   std::tm date = {};
-  char text[64];
   const bool is_date =
       gmtime_r(&seconds, &date) != nullptr && date.tm_year >= -900 && date.tm_year < 8100;
-  if (!is_date) {
-    std::snprintf(text, sizeof text, "@%.6f", time.seconds());
-    return text;
-  }
-  std::snprintf(text, sizeof text, "%04d-%02d-%02dT%02d:%02d:%02d.%06dZ", date.tm_year + 1900,
-                date.tm_mon + 1, date.tm_mday, date.tm_hour, date.tm_min, date.tm_sec,
-                static_cast<int>(micros));
-  return text;
+  if (!is_date) return format("@%.6f", time.seconds());
+  return format("%04d-%02d-%02dT%02d:%02d:%02d.%06dZ", date.tm_year + 1900, date.tm_mon + 1,
+                date.tm_mday, date.tm_hour, date.tm_min, date.tm_sec, static_cast<int>(micros));
 }
 
 }  // namespace marco::logs

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/format.hpp"
 #include "lcm_tools/log/commands.hpp"
 #include "lcm_tools/log/keys.hpp"
 #include "lcm_tools/log/player.hpp"
@@ -23,10 +24,8 @@ int64_t now_us() {
 
 std::string clock_text(Duration duration) {
   const double seconds = duration.seconds();
-  char text[40];
-  std::snprintf(text, sizeof text, "%d:%04.1f", static_cast<int>(seconds / 60.0),
+  return format("%d:%04.1f", static_cast<int>(seconds / 60.0),
                 seconds - 60.0 * static_cast<int>(seconds / 60.0));
-  return text;
 }
 
 // One line on the terminal: position in the log, speed, and the time to the next event.

@@ -29,7 +29,7 @@ class Types {
   std::string name_of(uint64_t fingerprint) const;
 
   /// Decodes a whole message. @returns the structure's index, or -1 when the type is not known or
-  /// the bytes are no message of it.
+  /// the bytes are not a message of it.
   int decode(std::span<const uint8_t> message, lcm_schema::Tree& tree) const;
 
   /// Whether a message is whole, to its last byte; true for types that are not known.

@@ -1,19 +1,45 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
+#include <deque>
 #include <list>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 #include <vector>
 
 #include "lcm_tools/process/drop_counter.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcm_tools/relay/channel_rule.hpp"
-#include "lcm_tools/relay/echo_filter.hpp"
 #include "lcm_tools/relay/tcp_link.hpp"
 
 namespace marco::relay {
+
+/// Recognises messages that come back from where they were sent: multicast returns our own ones,
+/// and where two hosts are connected by multicast and by the relay, messages would go round for
+/// ever. A message is an echo when the same one, of channel and bytes, was sent to that side within
+/// a second. Messages carry a stamp, so that two senders' messages differ.
+class EchoFilter {
+ public:
+  /// @param side  a number that the caller gives each side
+  void note_sent(int side, std::string_view channel, std::span<const uint8_t> data, int64_t now_us);
+  bool is_echo(int side, std::string_view channel, std::span<const uint8_t> data, int64_t now_us);
+
+ private:
+  static uint64_t key(int side, std::string_view channel, std::span<const uint8_t> data);
+  void forget_before(int64_t time_us);
+
+  struct Sent {
+    int64_t time_us;
+    uint64_t key;
+  };
+  std::deque<Sent> sent_;
+  std::unordered_map<uint64_t, int> counts_;  // of keys in sent_
+};
 
 struct RelayOptions {
   std::optional<Endpoint> listen;  ///< where others may connect

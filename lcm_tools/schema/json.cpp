@@ -4,7 +4,8 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <cstdio>
+
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::lcm_schema {
 namespace {
@@ -235,9 +236,7 @@ void append_json_string(std::string_view text, std::string& out) {
       out += '\\';
       out += c;
     } else if (static_cast<unsigned char>(c) < 0x20) {
-      std::array<char, 8> escape;
-      std::snprintf(escape.data(), escape.size(), "\\u%04x", static_cast<unsigned>(c));
-      out += escape.data();
+      out += format("\\u%04x", static_cast<unsigned>(c));
     } else {
       out += text.substr(0, length);
     }

@@ -12,8 +12,8 @@ struct JsonOptions {
 };
 
 /// Appends the message as one JSON object, fields in wire order, no line break. Numbers read back
-/// exactly (shortest text); NaN and infinities are null; bytes of a string that are no UTF-8 become
-/// U+FFFD. Arrays of several dimensions nest row by row.
+/// exactly (shortest text); NaN and infinities are null; bytes of a string that are not UTF-8
+/// become U+FFFD. Arrays of several dimensions nest row by row.
 void append_json(const Tree& tree, std::string& out, const JsonOptions& options = {});
 
 std::string to_base64(std::span<const uint8_t> bytes);

@@ -5,14 +5,82 @@
 #include <cerrno>
 #include <cstdlib>
 #include <stdexcept>
-
-#include "lcm_tools/schema/tokens.hpp"
+#include <string_view>
 
 namespace marco::lcm_schema {
 namespace {
 
 constexpr int64_t kMaxElements = int64_t{1} << 31U;
 constexpr std::size_t kMaxDimensions = 16;
+
+bool is_word(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.' || c == '-' ||
+         c == '+';
+}
+
+/// A word or a mark of an .lcm source.
+struct Token {
+  std::string_view text;  ///< empty at the end of the source
+  int line = 1;
+  int column = 1;
+};
+
+/// The tokens of an .lcm source in their order, without blanks and comments. Looks into the text it
+/// was given, which has to live as long.
+class Tokens {
+ public:
+  explicit Tokens(std::string_view text) : text_(text) { advance(); }
+
+  const Token& peek() const { return token_; }
+  Token next() {
+    const Token result = token_;
+    advance();
+    return result;
+  }
+
+ private:
+  void skip(std::size_t count);
+  void skip_blanks_and_comments();
+  void advance();
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+  int line_ = 1;
+  int column_ = 1;
+  Token token_;
+};
+
+void Tokens::skip(std::size_t count) {
+  for (; count > 0 && at_ < text_.size(); --count, ++at_) {
+    column_ = text_[at_] == '\n' ? 1 : column_ + 1;
+    line_ += text_[at_] == '\n' ? 1 : 0;
+  }
+}
+
+void Tokens::skip_blanks_and_comments() {
+  while (at_ < text_.size()) {
+    if (std::isspace(static_cast<unsigned char>(text_[at_])) != 0) {
+      skip(1);
+    } else if (text_.substr(at_, 2) == "//") {
+      skip(std::min(text_.find('\n', at_), text_.size()) - at_);
+    } else if (text_.substr(at_, 2) == "/*") {
+      const std::size_t end = text_.find("*/", at_ + 2);
+      skip(end == std::string_view::npos ? text_.size() - at_ : end + 2 - at_);
+    } else {
+      return;
+    }
+  }
+}
+
+void Tokens::advance() {
+  skip_blanks_and_comments();
+  std::size_t length = at_ < text_.size() ? 1 : 0;
+  if (length == 1 && is_word(text_[at_])) {
+    while (at_ + length < text_.size() && is_word(text_[at_ + length])) ++length;
+  }
+  token_ = {text_.substr(at_, length), line_, column_};
+  skip(length);
+}
 
 struct Mistake {
   Token where;

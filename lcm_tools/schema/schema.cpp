@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
+#include "lcm_tools/base/format.hpp"
 #include "lcm_tools/schema/parser.hpp"
 
 namespace marco::lcm_schema {
@@ -269,9 +269,7 @@ Schema load_schema(std::vector<Source> sources,
 }
 
 std::string fingerprint_text(uint64_t fingerprint) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(fingerprint));
-  return text;
+  return format("%016llx", static_cast<unsigned long long>(fingerprint));
 }
 
 }  // namespace marco::lcm_schema

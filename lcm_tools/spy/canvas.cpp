@@ -1,10 +1,9 @@
 #include "lcm_tools/spy/canvas.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 
+#include "lcm_tools/base/format.hpp"
 #include "lcm_tools/base/printable.hpp"
 
 namespace marco::spy {
@@ -144,15 +143,9 @@ std::string short_number(double value) {
                      : std::abs(value) < 9.995               ? 2
                      : std::abs(value) < 99.95               ? 1
                                                              : 0;
-  std::array<char, 64> text;
-  std::snprintf(text.data(), text.size(), "%.*f%s", digits, value, kUnits[unit]);
-  return text.data();
+  return format("%.*f%s", digits, value, kUnits[unit]);
 }
 
-std::string plain_number(double value) {
-  std::array<char, 64> text;
-  std::snprintf(text.data(), text.size(), "%.6g", value);
-  return text.data();
-}
+std::string plain_number(double value) { return format("%.6g", value); }
 
 }  // namespace marco::spy

@@ -1,20 +1,24 @@
 #include "lcm_tools/spy/session.hpp"
 
+#include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/files/event_log.hpp"
 #include "lcm_tools/process/emergency_stop.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcm_tools/process/progress.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcm_tools/process/wall_clock.hpp"
 #include "lcm_tools/schema/built_in_sources.hpp"
-#include "lcm_tools/spy/log_player.hpp"
 #include "lcm_tools/spy/page_text.hpp"
 #include "lcm_tools/spy/painter.hpp"
+#include "lcm_tools/spy/receiver.hpp"
 #include "lcm_tools/spy/report.hpp"
 #include "lcm_tools/spy/watcher.hpp"
 
@@ -22,6 +26,96 @@ namespace marco::spy {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+constexpr int64_t kLongestGapUs = 60'000'000;
+
+/// Plays a log into a model at its own pace, in a thread; gaps of more than a minute are jumped.
+class LogPlayer {
+ public:
+  struct Options {
+    std::string path;
+    double speed = 1;       ///< 0 = as fast as it can be read
+    double duration_s = 0;  ///< from the first event; 0 = all
+  };
+  /// @throws std::invalid_argument naming the path when it cannot be read.
+  LogPlayer(const Options& options, SharedModel& shared);
+  ~LogPlayer();
+  LogPlayer(const LogPlayer&) = delete;
+  LogPlayer& operator=(const LogPlayer&) = delete;
+
+  /// Stops or starts the log's clock.
+  void pause(bool on) { paused_ = on; }
+  bool ended() const { return ended_; }
+  /// The log's clock.
+  int64_t now_us() const { return now_us_; }
+  /// What was damaged. Call after ended().
+  const files::LogDamage& damage() const { return reader_.damage(); }
+
+ private:
+  void run();
+  void wait_for(int64_t time_us);
+
+  Options options_;
+  SharedModel& shared_;
+  files::EventLogReader reader_;
+  std::atomic<bool> stop_ = false;
+  std::atomic<bool> paused_ = false;
+  std::atomic<bool> ended_ = false;
+  std::atomic<int64_t> now_us_ = 0;
+  std::thread thread_;
+};
+
+/// A log's event time [us], kept where differences do not overflow.
+int64_t bounded_time_us(const files::LogEvent& event) {
+  return std::clamp<int64_t>(event.event_time.us, 0, int64_t{1} << 60U);
+}
+
+std::string damage_text(const files::LogDamage& damage) {
+  return "the log is damaged: " + std::to_string(damage.places) + " places, " +
+         std::to_string(damage.bytes_skipped) + " bytes skipped";
+}
+
+LogPlayer::LogPlayer(const Options& options, SharedModel& shared)
+    : options_(options), shared_(shared), reader_(options.path), thread_([this] { run(); }) {}
+
+LogPlayer::~LogPlayer() {
+  stop_ = true;
+  thread_.join();
+}
+
+void LogPlayer::run() {
+  std::optional<int64_t> first_us;
+  while (const auto event = reader_.next()) {
+    const int64_t time_us = bounded_time_us(*event);
+    if (!first_us) {
+      first_us = time_us;
+      now_us_ = time_us;
+    }
+    const double into_log_s = static_cast<double>(time_us - *first_us) * 1e-6;
+    if (options_.duration_s > 0 && into_log_s > options_.duration_s) break;
+    if (options_.speed > 0) wait_for(time_us);
+    if (stop_) return;
+    now_us_ = std::max(now_us_.load(), time_us);
+    const SharedModel::Look look(shared_);
+    shared_.model.add_message(time_us, event->channel, event->bytes);
+  }
+  ended_ = true;
+}
+
+void LogPlayer::wait_for(int64_t time_us) {
+  if (time_us - now_us_ > kLongestGapUs) now_us_ = time_us;
+  auto last = Clock::now();
+  while (!stop_ && now_us_ < time_us) {
+    const double left_us = static_cast<double>(time_us - now_us_) / options_.speed;
+    std::this_thread::sleep_for(
+        std::chrono::duration<double, std::micro>(std::clamp(left_us, 1.0, 20000.0)));
+    const auto now = Clock::now();
+    if (!paused_) {
+      const double passed_us = std::chrono::duration<double, std::micro>(now - last).count();
+      now_us_ += static_cast<int64_t>(passed_us * options_.speed);
+    }
+    last = now;
+  }
+}
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();

@@ -1,6 +1,5 @@
 // Which beams went through the surface of a SurfaceModel, and what follows.
 #include <algorithm>
-#include <cmath>
 
 #include "mapping3d/surface/surface_model.hpp"
 

@@ -1,7 +1,6 @@
 #include "mapping3d/surface/local_gains.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace marco::mapping3d {
 namespace {

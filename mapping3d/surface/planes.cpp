@@ -1,11 +1,12 @@
 #include "mapping3d/surface/planes.hpp"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
 
+#include "common/linear_algebra.hpp"
 #include "common/pose2.hpp"
 
 namespace marco::mapping3d {
@@ -44,10 +45,10 @@ struct Region {
       const Eigen::Vector3d d = patch->centre - centre;
       moments += patch->area_m2 * d * d.transpose();
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(moments);
+    const auto [values, axes] = eigenpairs_of(moments);
     // The tilt of a strip is not observable from its centres; the patches' normals are used.
-    if (axes.eigenvalues()(1) < 4.0 * axes.eigenvalues()(0)) return;
-    normal = axes.eigenvectors().col(0);
+    if (values(1) < 4.0 * values(0)) return;
+    normal = axes.col(0);
     if (normal.dot(facing) < 0.0) normal = -normal;
   }
 };

@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <limits>
 
 #include "mapping3d/surface/islands.hpp"
 

@@ -22,7 +22,7 @@ struct XmlTag {
   std::string attribute(std::string_view wanted) const;
 };
 
-/// The tags of an XML text, one by one; text, comments, CDATA and declarations are passed over, and
+/// The tags of an XML text, one by one; text, comments, CDATA and declarations are ignored, and
 /// entities that a document declares are not expanded. Checks no more than it needs.
 class XmlTags {
  public:

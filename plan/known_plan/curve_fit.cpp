@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/linear_algebra.hpp"
 #include "plan/known_plan/face_matching.hpp"
 
 namespace marco::plan {
@@ -49,23 +50,19 @@ CurveFit fit_curve(const std::vector<DrawnFace>& chords, const std::vector<PlanS
   for (const double kernel_m : {0.2, 0.1, 0.05, 0.03, 0.03, 0.03}) {
     // What a short arc does not show stays near what is drawn.
     constexpr double kPriorOffM = 0.1, kPriorShiftM = 0.2;
-    Eigen::Matrix3d information =
-        Eigen::Vector3d(std::pow(kPriorOffM, -2), std::pow(kPriorShiftM, -2),
-                        std::pow(kPriorShiftM, -2))
-            .asDiagonal();
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    NormalEquations<3> sum;
+    sum.information.diagonal() << std::pow(kPriorOffM, -2), std::pow(kPriorShiftM, -2),
+        std::pow(kPriorShiftM, -2);
     double squares = 0.0, kept = 0.0;
     for (const Spot& spot : spots) {
       const double rest = spot.off_m - spot.row.dot(found);
       const double weight = std::pow(1 + std::pow(rest / kernel_m, 2), -2);
-      const double counts = weight / kSharing / (kNoiseM * kNoiseM);
-      information += counts * spot.row * spot.row.transpose();
-      sum += counts * spot.off_m * spot.row;
+      sum.add(spot.row, spot.off_m, weight / kSharing / (kNoiseM * kNoiseM));
       squares += weight * rest * rest;
       kept += weight;
     }
-    const Eigen::Matrix3d covariance = information.inverse();
-    found = covariance * sum;
+    const Eigen::Matrix3d covariance = sum.information.inverse();
+    found = covariance * sum.gradient;
     fit.sigma_m = std::sqrt(covariance(0, 0) * std::max(1.0, squares / kept / (kNoiseM * kNoiseM)));
   }
   fit.found = true;

@@ -7,7 +7,7 @@
 
 namespace marco::plan {
 
-/// How a drawn curve lies beside what was measured of it.
+/// How a drawn curve deviates from what was measured of it.
 struct CurveFit {
   bool found = false;                ///< enough of it was seen
   double off_m = 0.0;                ///< along the drawn normals

@@ -1,9 +1,10 @@
 #include "plan/known_plan/plan_fit.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "common/linear_algebra.hpp"
 #include "common/median.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "slam/session/merge_maps.hpp"
@@ -50,8 +51,8 @@ void step(PlanFit& fit, const std::vector<Pairing>& pairings, double kernel_m) {
     mean_length_m += pairing.length_m / static_cast<double>(pairings.size());
   }
   // Nothing moves along walls that are all parallel.
-  Eigen::Matrix3d information = Eigen::Vector3d(1 / 0.25, 1 / 0.25, 1 / 0.01).asDiagonal();
-  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+  NormalEquations<3> sum;
+  sum.information.diagonal() << 1 / 0.25, 1 / 0.25, 1 / 0.01;
   for (const Pairing& pairing : pairings) {
     const double ratio = pairing.off_m / kernel_m;
     const double kept = std::pow(1 + ratio * ratio, -2);
@@ -59,15 +60,13 @@ void step(PlanFit& fit, const std::vector<Pairing>& pairings, double kernel_m) {
     // The two ends of a face share its noise. A wall in pieces is no more than one in one piece.
     constexpr double kShort = 0.1, kLong = 3.0;
     const double share = std::clamp(pairing.length_m / mean_length_m, kShort, kLong);
-    const double weight = kept * share / (2 * sigma * sigma);
     const Vector arm = pairing.point - fit.middle;
     const Eigen::Vector3d row(pairing.normal.x(), pairing.normal.y(),
                               pairing.normal.dot(Vector(-arm.y(), arm.x())));
-    information += weight * row * row.transpose();
-    gradient -= weight * pairing.off_m * row;
+    sum.add(row, pairing.off_m, kept * share / (2 * sigma * sigma));
   }
-  fit.covariance = information.inverse();
-  const Eigen::Vector3d move = fit.covariance * gradient;
+  fit.covariance = sum.information.inverse();
+  const Eigen::Vector3d move = -fit.covariance * sum.gradient;
   const Pose2 about_middle{fit.middle.x(), fit.middle.y(), 0.0};
   fit.drawing_from_map = about_middle * Pose2{move.x(), move.y(), move.z()} *
                          about_middle.inverse() * fit.drawing_from_map;

@@ -10,7 +10,7 @@ std::vector<const SurveyedTopic*> lasers_by_merit(const RosSurvey& survey,
                                                   const RosOptions& options);
 
 /// Places a laser on the robot by its frames and joints, and adds it to the plan, or a note why it
-/// is passed over.
+/// is ignored.
 void add_laser(const RosSurvey& survey, const SurveyedTopic& laser, RosPlan& plan);
 
 }  // namespace marco::ros

@@ -13,7 +13,7 @@
 
 namespace marco::ros {
 
-/// Kinds of MCAP records (mcap.dev/spec); those that are not named here are passed over.
+/// Kinds of MCAP records (mcap.dev/spec); those that are not named here are ignored.
 enum class McapOp : uint8_t {
   header = 0x01,
   footer = 0x02,

@@ -49,7 +49,7 @@ struct TimeSpan {
 
 /// What could not be read.
 struct Damage {
-  int64_t places = 0;         ///< stretches that were passed over
+  int64_t places = 0;         ///< stretches that were ignored
   int64_t bytes = 0;          ///< in them
   int64_t first_offset = -1;  ///< of the first, from the start of the file
   bool is_cut_off = false;    ///< the file ends within a record

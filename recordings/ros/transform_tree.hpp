@@ -23,7 +23,7 @@ struct FrameEdge {
 
 /// The frames of a robot: all transforms of a recording, gathered before any of them is used, since
 /// latched ones may be stamped hours before the first scan and others come late. As tf2 does, it
-/// drops self-transforms, frames without a name and quaternions that are no rotation.
+/// drops self-transforms, frames without a name and quaternions that are not a rotation.
 class TransformTree {
  public:
   void add(const TransformMessage& transform, bool is_static);

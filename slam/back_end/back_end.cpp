@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "lcm_tools/base/check.hpp"
+#include "slam/back_end/graph/joint_refinement.hpp"
 #include "slam/back_end/graph/relative_covariance.hpp"
-#include "slam/back_end/keyframe_refinement.hpp"
+#include "slam/map/keyframe.hpp"
 
 namespace marco::slam {
 namespace {
@@ -17,6 +19,32 @@ constexpr double kClosedWithinM = 1.5;
 // claimed of that direction is forgotten.
 void repair(BackEndState& state) {
   for (PoseGraphEdge& edge : state.edges) edge.information = semidefinite_part(edge.information);
+}
+
+OrientedScan only_oriented(const OrientedPoints& points) {
+  OrientedScan scan{Points2(2, points.points.cols()), Points2(2, points.points.cols())};
+  Eigen::Index used = 0;
+  for (Eigen::Index i = 0; i < points.points.cols(); ++i) {
+    if (!points.has_normal(i)) continue;
+    scan.points_in_robot.col(used) = points.points.col(i);
+    scan.normals_in_robot.col(used++) = points.normals.col(i);
+  }
+  scan.points_in_robot.conservativeResize(2, used);
+  scan.normals_in_robot.conservativeResize(2, used);
+  return scan;
+}
+
+// refine_jointly() over the keyframes' points that lie on something smooth, with its reach adapted
+// to the noise of their ranges. @pre there is a keyframe, and one pose for each.
+JointRefinementResult refine_keyframes(const std::vector<Keyframe>& keys,
+                                       const std::vector<PoseGraphEdge>& edges,
+                                       const JointRefinementOptions& options,
+                                       std::vector<Pose2>& poses) {
+  std::vector<OrientedScan> scans;
+  scans.reserve(keys.size());
+  for (const Keyframe& key : keys) scans.push_back(only_oriented(key.points_in_robot));
+  return refine_jointly(scans, edges, adapted(options, keys.back().points_in_robot.range_sigma_m),
+                        poses);
 }
 
 }  // namespace

@@ -161,7 +161,7 @@ std::vector<LoopCandidate> LoopCloser::candidates(
     const Keyframe& old = keys[static_cast<std::size_t>(from)];
     // The query is as long as the search is wide: a match is worth no more than its extent (Olson,
     // "Robust and efficient robotic mapping", 2008, ch. 4). The place holds it wherever it may lie,
-    // and what lies beside it: a rival. Neighbours in the list are neighbours in the building,
+    // and what is next to it: a rival. Neighbours in the list are neighbours in the building,
     // unless what lay between them was merged into older keyframes.
     const Eigen::Matrix3d& covariance = covariances[static_cast<std::size_t>(from)];
     const double reach_m = shift_m(covariance);

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "common/linear_algebra.hpp"
 #include "slam/matching/point_index.hpp"
 
 namespace marco::slam {
@@ -96,11 +97,8 @@ struct Pair {
   Pose2 older_from_newer;  // of the sensors
 };
 
-/// Normal equations of the two values, the pair's motion eliminated.
-struct PairSums {
-  Matrix2 matrix = Matrix2::Zero();
-  Eigen::Vector2d right = Eigen::Vector2d::Zero();
-};
+/// Of the two values, the pair's motion eliminated.
+using PairSums = NormalEquations<2>;
 
 // One step of the pair's motion with the beams as they are, then the two values' sums there.
 std::optional<PairSums> fit_pair(const View& older, const View& newer, Pair& pair, double reach_m) {
@@ -137,7 +135,7 @@ std::optional<PairSums> fit_pair(const View& older, const View& newer, Pair& pai
     }
     const Eigen::Matrix3d left =
         sums.bottomRightCorner<3, 3>() - sums.topRightCorner<3, 3>().transpose() * solved;
-    return PairSums{left.topLeftCorner<2, 2>(), -left.topRightCorner<2, 1>()};
+    return PairSums{left.topLeftCorner<2, 2>(), left.topRightCorner<2, 1>()};
   }
 }
 
@@ -176,7 +174,7 @@ Matrix2 sandwich(const std::vector<PairSums>& pairs,
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
     for (std::size_t i = block * pairs.size() / kBlocks; i < (block + 1) * pairs.size() / kBlocks;
          ++i) {
-      sum += pairs[i].right - pairs[i].matrix * step;
+      sum += pairs[i].gradient + pairs[i].information * step;
     }
     middle += sum * sum.transpose();
   }
@@ -227,11 +225,11 @@ std::optional<BeamFit> fit_beams(const std::vector<Keyframe>& keys, double least
     if (static_cast<int>(sums.size()) < kLeastPairs) return std::nullopt;
     const PairSums total = std::accumulate(
         sums.begin(), sums.end(), PairSums{}, [](const PairSums& a, const PairSums& b) {
-          return PairSums{a.matrix + b.matrix, a.right + b.right};
+          return PairSums{a.information + b.information, a.gradient + b.gradient};
         });
     // Keeps what no pair shows as it is.
-    const Matrix2 inverse = (total.matrix + 1e-6 * Matrix2::Identity()).inverse();
-    const Eigen::Vector2d step = inverse * total.right;
+    const Matrix2 inverse = (total.information + 1e-6 * Matrix2::Identity()).inverse();
+    const Eigen::Vector2d step = -inverse * total.gradient;
     joint = {joint.value + step, sandwich(sums, inverse, step)};
     found = with_prior(joint);
     if (reach_m < kReachM.front() && is_ordinary(found)) break;

@@ -1,9 +1,10 @@
 #include "slam/calibration/closed_form.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "common/linear_algebra.hpp"
 
 namespace marco::slam {
 namespace {
@@ -17,23 +18,15 @@ using Rows = Eigen::Matrix<double, 2, 5>;
 std::optional<Eigen::Vector2d> turn_by_wheels(const std::vector<MotionSample>& samples) {
   // Above it both wheels turned so alike that noise decides how they differ.
   constexpr double kWorstCondition = 75.0;
-  Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
-  Eigen::Vector2d right_side = Eigen::Vector2d::Zero();
+  NormalEquations<2> sum;
   for (const MotionSample& sample : samples) {
     Eigen::Vector2d counted = Eigen::Vector2d::Zero();
     for (const WheelStep& step : sample.wheels) counted += Eigen::Vector2d(step.left, step.right);
-    normal += counted * counted.transpose();
-    right_side += sample.laser_moved.theta_rad * counted;
+    sum.add(counted, sample.laser_moved.theta_rad, 1.0);
   }
-  const Eigen::Vector2d spread =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(normal).eigenvalues();
+  const Eigen::Vector2d spread = eigenpairs_of(sum.information).first;
   if (!(spread.y() <= kWorstCondition * spread.x())) return std::nullopt;
-  return Eigen::Vector2d(normal.ldlt().solve(right_side));
-}
-
-// The model with these wheels for a track of 1 m.
-RobotModel unit_model(const Eigen::Vector2d& turn_by_wheel) {
-  return {-turn_by_wheel.x(), turn_by_wheel.y(), 1.0, {}};
+  return solve_symmetric(sum.information, sum.gradient);
 }
 
 // The position's error as a linear form (the authors' Q).
@@ -50,7 +43,7 @@ std::optional<ClosedFormResult> solve(std::vector<MotionSample> samples) {
   if (samples.size() < kFewestSamples) return std::nullopt;
   const auto turn_by_wheel = turn_by_wheels(samples);
   if (!turn_by_wheel) return std::nullopt;
-  const RobotModel unit = unit_model(*turn_by_wheel);
+  const RobotModel unit{-turn_by_wheel->x(), turn_by_wheel->y(), 1.0, {}};  // for a track of 1 m
   Matrix5 form = Matrix5::Zero();
   for (const MotionSample& sample : samples) {
     const Rows rows = position_rows(sample, unit);
@@ -61,8 +54,8 @@ std::optional<ClosedFormResult> solve(std::vector<MotionSample> samples) {
   const Eigen::Matrix<double, 3, 2> solved = lengths.solve(coupling);
   const Eigen::Matrix2d heading_form =
       form.bottomRightCorner<2, 2>() - coupling.transpose() * solved;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(heading_form);
-  Eigen::Vector2d heading = eigen.eigenvectors().col(0);
+  const auto [values, vectors] = eigenpairs_of(heading_form);
+  Eigen::Vector2d heading = vectors.col(0);
   Eigen::Vector3d track_x_y = -solved * heading;
   if (track_x_y.x() < 0.0) {
     heading = -heading;
@@ -75,7 +68,7 @@ std::optional<ClosedFormResult> solve(std::vector<MotionSample> samples) {
                   track_m * unit.right_scale,
                   track_m,
                   {track_x_y.y(), track_x_y.z(), std::atan2(heading.y(), heading.x())}};
-  result.heading_ratio = eigen.eigenvalues().y() / std::max(eigen.eigenvalues().x(), 1e-300);
+  result.heading_ratio = values.y() / std::max(values.x(), 1e-300);
   result.kept = std::move(samples);
   return result;
 }

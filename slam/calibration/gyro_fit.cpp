@@ -1,9 +1,9 @@
 #include "slam/calibration/gyro_fit.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "common/linear_algebra.hpp"
 #include "common/median.hpp"
 
 namespace marco::slam {
@@ -11,11 +11,6 @@ namespace {
 
 // Scale, scale times bias, lateness: the first two are linear.
 using Parameters = Eigen::Vector3d;
-
-struct Equations {
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-};
 
 double counted(const LaserMotion& motion, const OdometryTravel& travel, double late_s) {
   return travel.between_moments(motion.begin_s + late_s, motion.end_s + late_s).turn_rad;
@@ -37,13 +32,14 @@ double spread_at(const std::vector<LaserMotion>& motions,
   return std::max(kSigmaOfMedian * median(std::move(sizes)), kLeastRad);
 }
 
-Equations equations_at(const std::vector<LaserMotion>& motions,
-                       const OdometryTravel& travel,
-                       const Parameters& at) {
+// Weak knowledge keeps what cannot be observed where it is.
+NormalEquations<3> equations_at(const std::vector<LaserMotion>& motions,
+                                const OdometryTravel& travel,
+                                const Parameters& at) {
   constexpr double kStepS = 0.01;  // of the difference quotient by the lateness
   constexpr double kSigmas = 3.0;  // farther off counts less: a wrong match of scans
   const double sigma = spread_at(motions, travel, at);
-  Equations sum;
+  NormalEquations<3> sum;
   for (const LaserMotion& motion : motions) {
     const double error = error_at(motion, travel, at);
     const double by_time =
@@ -52,15 +48,11 @@ Equations equations_at(const std::vector<LaserMotion>& motions,
     const Eigen::Vector3d row(-counted(motion, travel, at[2]), motion.end_s - motion.begin_s,
                               -at[0] * by_time);
     const double far = std::max(1.0, std::abs(error) / (kSigmas * sigma));
-    const double weight = 1.0 / (sigma * sigma * far * far * far * far);
-    sum.normal += weight * row * row.transpose();
-    sum.gradient += weight * error * row;
+    sum.add(row, error, 1.0 / (sigma * sigma * far * far * far * far));
   }
+  sum.information.diagonal() += Eigen::Vector3d(0.0, 1.0, 1.0);
   return sum;
 }
-
-// Weak knowledge keeps what cannot be observed where it is.
-Eigen::Matrix3d prior_information() { return Eigen::Vector3d(0.0, 1.0, 1.0).asDiagonal(); }
 
 Parameters fitted(const std::vector<LaserMotion>& motions,
                   const OdometryTravel& travel,
@@ -68,8 +60,7 @@ Parameters fitted(const std::vector<LaserMotion>& motions,
   constexpr int kIterations = 10;  // of three parameters, from a start by correlation
   constexpr double kFarS = 0.02;   // a step of the lateness: its derivative is local
   for (int i = 0; i < kIterations; ++i) {
-    const Equations equations = equations_at(motions, travel, at);
-    Parameters step = -(equations.normal + prior_information()).ldlt().solve(equations.gradient);
+    Parameters step = equations_at(motions, travel, at).step();
     step[2] = std::clamp(step[2], -kFarS, kFarS);
     at += step;
   }
@@ -120,8 +111,7 @@ GyroFit fit_gyro(const std::vector<LaserMotion>& motions, const OdometryTravel& 
   fit.turns = correlate_turns(motions, travel);
   if (fit.turns.slope == 0.0) return fit;
   const Parameters at = fitted(motions, travel, Parameters(fit.turns.slope, 0.0, fit.turns.late_s));
-  const Eigen::Matrix3d normal = equations_at(motions, travel, at).normal + prior_information();
-  const Eigen::Matrix3d covariance = normal.ldlt().solve(Eigen::Matrix3d::Identity());
+  const Eigen::Matrix3d covariance = inverse_of(equations_at(motions, travel, at).information);
   fit.found = {at[0], at[1] / at[0], at[2]};
   const Eigen::Vector3d bias_row(-fit.found.bias_rad_per_s / at[0], 1.0 / at[0], 0.0);
   fit.sigma = {std::sqrt(covariance(0, 0)), std::sqrt(bias_row.dot(covariance * bias_row)),

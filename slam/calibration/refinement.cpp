@@ -1,11 +1,10 @@
 #include "slam/calibration/refinement.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "common/input/sensor_calibration.hpp"
+#include "common/linear_algebra.hpp"
 
 namespace marco::slam {
 namespace {
@@ -74,7 +73,7 @@ class Refinement {
   }
 
   ModelMatrix information() const {
-    return information_of(samples_at_) / likeness(normalized_at(at_));
+    return equations_of(samples_at_).information / likeness(normalized_at(at_));
   }
 
   // What is left of it without what noise of the wheels' readings adds: a robot that goes straight
@@ -85,22 +84,20 @@ class Refinement {
     const RobotModel model = to_model(at_);
     const double more_m = kSigmas * spread_.straight.head<2>().maxCoeff();
     const double more_rad = kSigmas * spread_.straight.z();
-    const ModelMatrix as_read = information_of(samples_at_);
+    const ModelMatrix as_read = equations_of(samples_at_).information;
     ModelMatrix sum = as_read;
     for (const ArcMotion& more : {ArcMotion{more_m, 0, 0}, ArcMotion{-more_m, 0, 0},
                                   ArcMotion{0, 0, more_rad}, ArcMotion{0, 0, -more_rad}}) {
-      sum += 0.5 * (as_read - information_of([&](double late_s) {
-                      return with_more(samples_at_(late_s), model, more);
-                    }));
+      const SamplesAt noisy = [&](double late_s) {
+        return with_more(samples_at_(late_s), model, more);
+      };
+      sum += 0.5 * (as_read - equations_of(noisy).information);
     }
     // In units of the prior, negative eigenvalues are none.
-    const Eigen::MatrixXd scaled = prior_.sigma.asDiagonal() * sum * prior_.sigma.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-    const Eigen::VectorXd inverse = prior_.sigma.cwiseInverse();
-    return inverse.asDiagonal() *
-           (eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() *
-            eigen.eigenvectors().transpose()) *
-           inverse.asDiagonal() / likeness(normalized_at(at_));
+    const auto sigma = prior_.sigma.asDiagonal();
+    const ModelVector inverse = prior_.sigma.cwiseInverse();
+    const ModelMatrix scaled = nonnegative_part(sigma * sum * sigma);
+    return inverse.asDiagonal() * scaled * inverse.asDiagonal() / likeness(normalized_at(at_));
   }
 
   const ModelVector& at() const { return at_; }
@@ -125,13 +122,16 @@ class Refinement {
     return normalized(samples, errors_of(samples, to_model(at)), spread_);
   }
 
-  ModelMatrix information_of(const SamplesAt& samples_at) const {
+  using Equations = NormalEquations<kModelParameters>;
+  // @param samples_at  whose derivatives count. @param sum  what is known without the motions
+  Equations equations_of(const SamplesAt& samples_at, Equations sum = {}) const {
     const auto jacobian = jacobians(samples_at, at_);
     const std::vector<MotionSample> samples = samples_at_(at_[kLate]);
     const Errors errors = errors_of(samples, to_model(at_));
-    ModelMatrix sum = ModelMatrix::Zero();
     for (std::size_t i = 0; i < errors.size(); ++i) {
-      sum += jacobian[i].transpose() * weights_of(samples[i], errors[i]).asDiagonal() * jacobian[i];
+      const Eigen::Vector3d weights = weights_of(samples[i], errors[i]);
+      sum.information += jacobian[i].transpose() * weights.asDiagonal() * jacobian[i];
+      sum.gradient += jacobian[i].transpose() * weights.cwiseProduct(errors[i]);
     }
     return sum;
   }
@@ -160,16 +160,9 @@ class Refinement {
     double damping = 1e-6;
     double cost = cost_at(at_);
     for (int i = 0; i < kIterations; ++i) {
-      const auto jacobian = jacobians(samples_at_, at_);
-      const std::vector<MotionSample> samples = samples_at_(at_[kLate]);
-      const Errors errors = errors_of(samples, to_model(at_));
-      ModelMatrix normal = prior_.sigma.cwiseAbs2().cwiseInverse().asDiagonal();
-      ModelVector gradient = normal * prior_error(at_);
-      for (std::size_t k = 0; k < errors.size(); ++k) {
-        const Eigen::Vector3d weights = weights_of(samples[k], errors[k]);
-        normal += jacobian[k].transpose() * weights.asDiagonal() * jacobian[k];
-        gradient += jacobian[k].transpose() * weights.cwiseProduct(errors[k]);
-      }
+      const ModelMatrix by_prior = prior_.sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+      const auto [normal, gradient] =
+          equations_of(samples_at_, {by_prior, by_prior * prior_error(at_)});
       const ModelVector step = damped_step(normal, gradient, damping);
       const double next = cost_at(at_ + step);
       if (next <= cost) {
@@ -192,7 +185,7 @@ class Refinement {
       normal(i, i) = 1.0;
       gradient[i] = 0.0;
     }
-    return -Eigen::MatrixXd(normal).ldlt().solve(gradient);
+    return -solve_symmetric(normal, gradient);
   }
 
   const SamplesAt& samples_at_;
@@ -203,10 +196,9 @@ class Refinement {
 };
 
 // @param information  of the motions alone
-ModelMatrix with_prior(const ModelMatrix& information, const ModelPrior& prior) {
-  Eigen::MatrixXd sum = information;
-  sum.diagonal() += prior.sigma.cwiseAbs2().cwiseInverse();
-  return sum.ldlt().solve(Eigen::MatrixXd::Identity(kModelParameters, kModelParameters));
+ModelMatrix with_prior(ModelMatrix information, const ModelPrior& prior) {
+  information.diagonal() += prior.sigma.cwiseAbs2().cwiseInverse();
+  return inverse_of(information);
 }
 
 }  // namespace

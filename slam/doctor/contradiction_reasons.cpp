@@ -1,9 +1,8 @@
 #include "slam/doctor/contradiction_reasons.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 
+#include "lcm_tools/base/format.hpp"
 #include "slam/doctor/doctor_gates.hpp"
 #include "slam/doctor/rematch.hpp"
 #include "slam/map/visits.hpp"
@@ -125,16 +124,12 @@ Reason reason_of(const MapEvidence& map, const Stretch& stretch, const std::vect
   const auto better = add_remedy(map, stretch, worst, reason);
   reason.verdict =
       stretch.share() >= doctor_gates::kContradictingWrong ? Verdict::wrong : Verdict::doubtful;
-  char text[200];
-  std::snprintf(text, sizeof text, "%.0f %% of what was seen here before is now elsewhere",
-                100.0 * stretch.share());
-  reason.why = text;
+  reason.why =
+      format("%.0f %% of what was seen here before is now elsewhere", 100.0 * stretch.share());
   if (better) {
-    std::snprintf(text, sizeof text,
-                  "; %.2f m and %.1f deg off, %.0f %% would match instead of %.0f %%",
-                  better->shift_m, rad_to_deg(better->turn_rad), 100.0 * better->overlap,
-                  100.0 * better->overlap_before);
-    reason.why += text;
+    reason.why += format("; %.2f m and %.1f deg off, %.0f %% would match instead of %.0f %%",
+                         better->shift_m, rad_to_deg(better->turn_rad), 100.0 * better->overlap,
+                         100.0 * better->overlap_before);
   }
   return reason;
 }

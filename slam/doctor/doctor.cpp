@@ -2,13 +2,17 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
+#include <cmath>
+#include <limits>
 #include <set>
+#include <utility>
+#include <vector>
 
+#include "lcm_tools/base/format.hpp"
+#include "slam/back_end/graph/edge_judgement.hpp"
 #include "slam/doctor/contradiction_reasons.hpp"
 #include "slam/doctor/doctor_gates.hpp"
 #include "slam/doctor/graph_evidence.hpp"
-#include "slam/doctor/known_by_loops.hpp"
 #include "slam/doctor/odometry_windows.hpp"
 
 namespace marco::slam {
@@ -17,19 +21,59 @@ namespace {
 constexpr std::size_t kMostBreaks = 3;  // reported
 constexpr std::size_t kMostAsked = 8;   // of the worst: each asks all loops around it
 
+/// How well loops know how the ends of a stretch lie to each other; infinite: not at all.
+struct KnownByLoops {
+  double sigma_m = std::numeric_limits<double>::infinity();
+  double sigma_rad = std::numeric_limits<double>::infinity();
+};
+
+int nearest_key(const std::vector<Keyframe>& keys, Utime utime) {
+  const auto off_s = [utime](const Keyframe& key) {
+    return std::abs((key.utime - utime).seconds());
+  };
+  const auto found = std::min_element(
+      keys.begin(), keys.end(), [&](const auto& a, const auto& b) { return off_s(a) < off_s(b); });
+  return static_cast<int>(found - keys.begin());
+}
+
+// What is known of the stretch between both times round its own steps. Cost: a factorization of
+// the graph.
+KnownByLoops known_by_loops(const MapEvidence& map, Utime from, Utime to) {
+  // Not 0, so that what hangs by these steps alone does not hang in the air.
+  constexpr double kHardlyAtAll = 1e-6;
+  if (map.edges.empty()) return {};
+  int first = nearest_key(map.keys, from), last = nearest_key(map.keys, to);
+  if (first > last) std::swap(first, last);
+  if (first == last) return {};
+  const auto within = [&](int key) { return key >= first && key <= last; };
+  PoseGraph graph;
+  for (const Keyframe& key : map.keys) graph.add_node(key.world_from_robot);
+  std::vector<double> weights;
+  std::size_t loop = 0;
+  for (const PoseGraphEdge& edge : map.edges) {
+    graph.add_edge(edge);
+    const bool refused = edge.is_loop && !map.loops[loop++].is_inlier;
+    weights.push_back(refused ? 0.0 : within(edge.from) && within(edge.to) ? kHardlyAtAll : 1.0);
+  }
+  const Eigen::Matrix3d covariance = relative_covariance(graph, weights, first, last);
+  const double m2 = covariance.topLeftCorner<2, 2>().trace(), rad2 = covariance(2, 2);
+  KnownByLoops known;
+  if (m2 >= 0.0) known.sigma_m = std::sqrt(m2);
+  if (rad2 >= 0.0) known.sigma_rad = std::sqrt(rad2);
+  return known;
+}
+
 Reason reason_of(const OdometryBreak& parted, bool odometry_is_believed) {
   Reason reason;
   reason.cause = Reason::Cause::odometry_break;
   reason.from = std::min(parted.from, parted.to);
   reason.to = std::max(parted.from, parted.to);
   reason.place_m = parted.world_from_end.translation_m();
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "the map moves %.2f m and turns %.1f deg while odometry moves %.2f m and turns "
-                "%.1f deg",
-                parted.map.translation_m().norm(), rad_to_deg(parted.map.theta_rad),
-                parted.odometry.translation_m().norm(), rad_to_deg(parted.odometry.theta_rad));
-  reason.why = text;
+  reason.why = format(
+      "the map moves %.2f m and turns %.1f deg while odometry moves %.2f m and turns "
+      "%.1f deg",
+      parted.map.translation_m().norm(), rad_to_deg(parted.map.theta_rad),
+      parted.odometry.translation_m().norm(), rad_to_deg(parted.odometry.theta_rad));
   if (odometry_is_believed && std::abs(parted.longer_m) > kSurelyWrongM)
     reason.verdict = Verdict::wrong;
   const MapEdit bridge{MapEdit::Kind::drop_scans, reason.from, reason.to, {}};
@@ -92,9 +136,7 @@ Reason reason_of_scans(const MapEvidence& map, Verdict verdict, double part, con
     }
     reason.to = recorded.path.back().utime;
   }
-  char text[100];
-  std::snprintf(text, sizeof text, "%.0f %% of the scans %s", 100.0 * part, what);
-  reason.why = text;
+  reason.why = format("%.0f %% of the scans %s", 100.0 * part, what);
   return reason;
 }
 

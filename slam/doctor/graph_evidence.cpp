@@ -1,12 +1,12 @@
 #include "slam/doctor/graph_evidence.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <optional>
 
+#include "common/covariance.hpp"
+#include "common/linear_algebra.hpp"
 #include "common/rigid_fit.hpp"
+#include "lcm_tools/base/format.hpp"
 #include "slam/back_end/graph/edge_judgement.hpp"
 #include "slam/back_end/graph/map_spread.hpp"
 #include "slam/doctor/doctor_gates.hpp"
@@ -41,18 +41,16 @@ Eigen::Vector3d error_without(const EdgeJudgement& judgement,
                               const Eigen::Matrix3d& information,
                               const Eigen::Vector3d& error) {
   constexpr double kAlone = 1e-6;  // of an eigenvalue that is 1 where the edge alone knows it
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> known(judgement.covariance);
-  const Eigen::Matrix3d root =
-      known.eigenvectors() * known.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> leverage(root.transpose() * information *
-                                                                root);
-  Eigen::Vector3d along =
-      leverage.eigenvectors().transpose() * root.transpose() * information * error;
+  const auto [squares, axes] = eigenpairs_of(judgement.covariance);
+  const Eigen::Matrix3d root = axes * squares.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const auto [leverage, vectors] =
+      eigenpairs_of(Eigen::Matrix3d(root.transpose() * information * root));
+  Eigen::Vector3d along = vectors.transpose() * root.transpose() * information * error;
   for (int i = 0; i < 3; ++i) {
-    const double left = 1.0 - leverage.eigenvalues()[i];
+    const double left = 1.0 - leverage[i];
     along[i] = left > kAlone ? along[i] / left : 0.0;
   }
-  return error + root * (leverage.eigenvectors() * along);
+  return error + root * (vectors * along);
 }
 
 // What edges say of each other is read at the graph's own optimum: the map's poses were moved by
@@ -109,13 +107,6 @@ MapEdit edit_of(const MapEvidence& map, const PoseGraphEdge& edge, MapEdit::Kind
   return {kind, to, from, edge.from_from_to.inverse()};
 }
 
-template <class... Values>
-std::string sentence(const char* format, Values... values) {
-  char text[200];
-  std::snprintf(text, sizeof text, format, values...);
-  return text;
-}
-
 // Rooms that look alike give loops that are rightly refused: there the map fits as well.
 bool fits_better(const std::vector<Keyframe>& keys, const Loop& loop) {
   // Times the points that agree as it is; and few that contradict, as people and doors do.
@@ -142,8 +133,8 @@ void add_refused_loops(const MapEvidence& map,
   }
   if (figures.refused_loops < kFewestRefused) return;
   Reason reason = reason_at(map, *worst->edge, Reason::Cause::refused_loops);
-  reason.why = sentence("%d loops that would move the map by up to %.2f m were rejected",
-                        figures.refused_loops, figures.refused_loop_m);
+  reason.why = format("%d loops that would move the map by up to %.2f m were rejected",
+                      figures.refused_loops, figures.refused_loop_m);
   reason.remedies = {edit_of(map, *worst->edge, MapEdit::Kind::add_loop)};
   diagnosis.reasons.push_back(std::move(reason));
 }
@@ -164,8 +155,8 @@ void add_surprising_loop(const MapEvidence& map,
   if (diagnosis.figures.loop_surprise < kSurprise) return;
   Reason reason = reason_at(map, *worst->edge, Reason::Cause::surprising_loop);
   reason.why =
-      sentence("a loop in force deviates from all the rest by %.2f m and %.1f standard deviations",
-               worst->if_alone.head<2>().norm(), std::sqrt(diagnosis.figures.loop_surprise));
+      format("a loop in force deviates from all the rest by %.2f m and %.1f standard deviations",
+             worst->if_alone.head<2>().norm(), std::sqrt(diagnosis.figures.loop_surprise));
   reason.remedies = {edit_of(map, *worst->edge, MapEdit::Kind::forbid_loop)};
   diagnosis.reasons.push_back(std::move(reason));
 }
@@ -197,10 +188,7 @@ void add_weak_joint(const MapEvidence& map,
   for (const JudgedEdge& edge : edges) {
     if (edge.loop != nullptr) continue;
     const Eigen::Matrix3d& covariance = edge.judgement.covariance;
-    const double sigma_m = std::sqrt(std::max(
-        0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance.topLeftCorner<2, 2>())
-                 .eigenvalues()
-                 .maxCoeff()));
+    const double sigma_m = position_sigma_m(covariance);
     const double sigma_deg = rad_to_deg(std::sqrt(std::max(0.0, covariance(2, 2))));
     const double part = std::max(sigma_m / most_m, sigma_deg / kWeakDeg);
     if (part > 1.0 && is_confirmed_by_odometry(map, *edge.edge, figures)) continue;
@@ -213,7 +201,7 @@ void add_weak_joint(const MapEvidence& map,
   if (worst == nullptr) return;
   Reason reason = reason_at(map, *worst->edge, Reason::Cause::weak_joint);
   if (figures.joint_m > kSurelyWrongM) reason.verdict = Verdict::wrong;
-  reason.why = sentence(
+  reason.why = format(
       "the parts before and after are joined by a step with a standard deviation of %.2f m and "
       "%.1f deg%s",
       figures.joint_m, figures.joint_deg,
@@ -244,7 +232,7 @@ void add_disagreement(const MapEvidence& map,
   reason.from = map.keys.front().utime;
   reason.to = map.keys.back().utime;
   reason.place_m = map.keys.front().world_from_robot.translation_m();
-  reason.why = sentence(
+  reason.why = format(
       "matching the scans with each other gives a map up to %.2f m off the one from steps and "
       "loops",
       off_m);
@@ -265,9 +253,8 @@ void add_spread(const MapEvidence& map, double spread_m, Diagnosis& diagnosis) {
   reason.place_m = map.keys.front().world_from_robot.translation_m();
   reason.why =
       std::isfinite(spread_m)
-          ? sentence(
-                "steps and loops determine the relative pose of the map's parts only to %.2f m",
-                spread_m)
+          ? format("steps and loops determine the relative pose of the map's parts only to %.2f m",
+                   spread_m)
           : "the parts of the map are not connected";
   diagnosis.reasons.push_back(std::move(reason));
 }

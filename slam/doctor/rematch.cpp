@@ -1,7 +1,5 @@
 #include "slam/doctor/rematch.hpp"
 
-#include <algorithm>
-
 #include "slam/matching/correlative_matcher.hpp"
 #include "slam/matching/surfel_matcher.hpp"
 

@@ -3,10 +3,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <tuple>
 #include <unordered_set>
 
+#include "common/linear_algebra.hpp"
 #include "slam/localization/place_search.hpp"
 
 namespace marco::slam {
@@ -83,8 +82,8 @@ Pose2 PlaceFinder::refine(const SessionPoints& points, const Pose2& map_from_mid
   const Eigen::Index stride = std::max<Eigen::Index>(1, count / 200);
   Pose2 pose = map_from_middle;
   for (int i = 0; i < kRefinements; ++i) {
-    Eigen::Matrix3d hessian = 1e-3 * Eigen::Matrix3d::Identity();
-    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+    NormalEquations<3> sum;
+    sum.information.diagonal().setConstant(1e-3);
     const Eigen::Matrix2d rotation = pose.rotation();
     for (Eigen::Index at = 0; at < count; at += stride) {
       const Eigen::Vector2d turned = rotation * points.beams.ends.col(at);
@@ -92,10 +91,9 @@ Pose2 PlaceFinder::refine(const SessionPoints& points, const Pose2& map_from_mid
       const Eigen::Vector2d& slope = found.gradient;
       const Eigen::Vector3d row(slope.x(), slope.y(),
                                 slope.y() * turned.x() - slope.x() * turned.y());
-      hessian += row * row.transpose();
-      gradient += row * (1.0 - found.value);
+      sum.add(row, 1.0 - found.value, 1.0);
     }
-    const Eigen::Vector3d step = hessian.inverse() * gradient;
+    const Eigen::Vector3d step = sum.information.inverse() * sum.gradient;
     constexpr double kMaxStepM = 0.1;  // the likelihood is linear over a cell or two
     const double scale = std::min(1.0, kMaxStepM / std::max(1e-9, step.head<2>().norm()));
     pose.x_m += scale * step.x();

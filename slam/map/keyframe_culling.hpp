@@ -46,7 +46,7 @@ struct MergedKeyframe {
 /// Keyframe culling: finds a keyframe that adds nothing to older ones of its place, so that what is
 /// kept grows with the area and not with the time. Enough of them stand there and look the same
 /// way, and it matches them where the pose graph says that it is. One that matches them badly saw
-/// something new and is kept beside them, up to three times as many.
+/// something new and is kept next to them, up to three times as many.
 /// @param key  index; only keyframes before it are compared. Cost: their number, and a match.
 /// @param loop_closed  loops were found on both sides of it; until then only those of the same
 /// pass are known to be where it is

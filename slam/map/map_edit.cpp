@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <sstream>
 
 #include "lcm_tools/base/check.hpp"
+#include "lcm_tools/base/format.hpp"
 
 namespace marco::slam {
 namespace {
@@ -58,17 +58,14 @@ MapEdit parse_line(const std::string& line, const std::string& place) {
 }  // namespace
 
 std::string to_line(const MapEdit& edit) {
-  char text[160];
   const auto seconds = [](Utime utime) { return static_cast<long long>(utime.us / 1'000'000); };
   const auto micros = [](Utime utime) { return static_cast<long long>(utime.us % 1'000'000); };
-  std::snprintf(text, sizeof text, "%s %lld.%06lld %lld.%06lld",
-                kNames.at(static_cast<std::size_t>(edit.kind)), seconds(edit.from),
-                micros(edit.from), seconds(edit.to), micros(edit.to));
-  std::string line = text;
+  const std::string line =
+      format("%s %lld.%06lld %lld.%06lld", kNames.at(static_cast<std::size_t>(edit.kind)),
+             seconds(edit.from), micros(edit.from), seconds(edit.to), micros(edit.to));
   if (edit.kind != MapEdit::Kind::add_loop) return line;
-  std::snprintf(text, sizeof text, " %.4f %.4f %.5f", edit.from_from_to.x_m, edit.from_from_to.y_m,
-                edit.from_from_to.theta_rad);
-  return line + text;
+  return line + format(" %.4f %.4f %.5f", edit.from_from_to.x_m, edit.from_from_to.y_m,
+                       edit.from_from_to.theta_rad);
 }
 
 MapEdits parse_map_edits(std::string_view text) {

@@ -1,9 +1,10 @@
 #include "slam/matching/surfel_matcher.hpp"
 
+#include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 
 #include "lcm_tools/base/check.hpp"
-#include "slam/matching/weakest_direction.hpp"
 
 namespace marco::slam {
 namespace {
@@ -13,6 +14,40 @@ constexpr double kUnmatchedCost = 1.0 - 1.0 / 5.5;
 
 // Steps with the same correspondences before they are searched again.
 constexpr int kInnerSteps = 2;
+
+/// Standard deviation of the normals of a scan's points [rad]. Their noise makes a bare corridor
+/// look constrained along itself.
+constexpr double kNormalSigma = 0.06;
+
+/// The direction of translation that a sum of point-to-line constraints, w j j^T with
+/// j = (n_x, n_y, arm x n), constrains least; the heading is marginalized.
+struct WeakestDirection {
+  Eigen::Vector2d direction;  ///< unit length
+  double information;         ///< along it, at least 0
+  /// The part that the noise of normals explains: kNormalSigma^2 sum w (t . direction)^2, t along
+  /// the wall. At most `information`.
+  double by_noise;
+
+  explicit WeakestDirection(const Eigen::Matrix3d& sum) {
+    const double turn = sum(2, 2) > 0.0 ? 1.0 / sum(2, 2) : 0.0;
+    const double xx = sum(0, 0) - turn * sum(0, 2) * sum(0, 2);
+    const double xy = sum(0, 1) - turn * sum(0, 2) * sum(1, 2);
+    const double yy = sum(1, 1) - turn * sum(1, 2) * sum(1, 2);
+    information = std::max(0.0, 0.5 * (xx + yy) - std::hypot(0.5 * (xx - yy), xy));
+    const double angle = 0.5 * std::atan2(-2.0 * xy, yy - xx);
+    direction = {std::cos(angle), std::sin(angle)};
+    const double x = direction.x(), y = direction.y();
+    const double along = x * x * sum(1, 1) - 2.0 * x * y * sum(0, 1) + y * y * sum(0, 0);
+    by_noise = std::min(information, kNormalSigma * kNormalSigma * along);
+  }
+
+  double honest() const { return information - by_noise; }
+  /// The sum without by_noise; positive semidefinite as the sum was.
+  Eigen::Matrix3d without_noise(Eigen::Matrix3d sum) const {
+    sum.topLeftCorner<2, 2>() -= by_noise * direction * direction.transpose();
+    return sum;
+  }
+};
 
 Pose2 seen_from(const Eigen::Vector2d& centre_m, const Pose2& pose) {
   return {pose.x_m - centre_m.x(), pose.y_m - centre_m.y(), pose.theta_rad};

@@ -137,7 +137,7 @@ TEST_F(MapSetUp, ATurnThatIsInDoubtGivesBothPaths) {
   const std::string turned = testing::ring_log(1.0, 1.0, 1.0, 1.0, {0.0, 0.0, deg_to_rad(90.0)});
   files::write_whole_file(at("ring.log"), with_noisy_odometry(turned, 400, 0.18));
   const Result result = run("marco-map", {at("ring.log"), "--out", at("out")});
-  EXPECT_THAT(result.output, HasSubstr("trajectory_as_found.tum by that"));
+  EXPECT_THAT(result.output, HasSubstr("trajectory_as_found.tum is the path"));
   EXPECT_THAT(result.output, HasSubstr("verdict: doubtful"));
   EXPECT_EQ(calibration().value("path_as_found", ""), "trajectory_as_found.tum");
   const Trajectory as_said = files::read_tum(at("out") + "/trajectory.tum");

@@ -162,7 +162,7 @@ TEST_F(ModelProcess, FilesThatAreNoScanAreRefusedWithTheReason) {
   files::write_whole_file(at("note.txt"), "no points here\n");
   const Result none = run("marco-model", {at("note.txt"), "--out", at("out")});
   EXPECT_EQ(none.code, 1);
-  EXPECT_THAT(none.output, HasSubstr("note.txt: no points in it"));
+  EXPECT_THAT(none.output, HasSubstr("note.txt: contains no points"));
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
 #include "tools/evaluate/model_fit.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "common/linear_algebra.hpp"
 #include "common/mesh_samples.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "tools/evaluate/model_judge.hpp"
@@ -38,8 +38,8 @@ ModelFit refine(const std::vector<Eigen::Vector3f>& points,
   ModelFit fit;
   double sigma_m = 0.1;
   for (int iteration = 0; iteration < iterations; ++iteration) {
-    Eigen::Matrix<double, 6, 6> h = Eigen::Matrix<double, 6, 6>::Zero();
-    Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
+    NormalEquations<6> sum;
+    sum.information.diagonal().setConstant(1e-6);
     std::size_t found = 0;
     double squares = 0.0;
     for (const Eigen::Vector3f& point : points) {
@@ -51,10 +51,7 @@ ModelFit refine(const std::vector<Eigen::Vector3f>& points,
               .cast<double>();
       const double e = n.dot(p - near->point_m.cast<double>());
       const double weight = 1.0 / (1.0 + e * e / (2.0 * sigma_m * sigma_m));
-      Eigen::Matrix<double, 6, 1> j;
-      j << p.cross(n), n;
-      h += weight * j * j.transpose();
-      b -= weight * e * j;
+      sum.add((NormalEquations<6>::Vector() << p.cross(n), n).finished(), e, weight);
       ++found;
       squares += static_cast<double>(near->distance_m) * static_cast<double>(near->distance_m);
     }
@@ -62,13 +59,8 @@ ModelFit refine(const std::vector<Eigen::Vector3f>& points,
     fit.rms_m = found > 0 ? std::sqrt(squares / static_cast<double>(found)) : kReachM;
     fit.world_from_model = pose;
     if (found < 6 || iteration + 1 == iterations) break;
-    const Eigen::Matrix<double, 6, 1> step =
-        (h + 1e-6 * Eigen::Matrix<double, 6, 6>::Identity()).ldlt().solve(b);
-    const double turn = step.head<3>().norm();
-    Pose3 move = Pose3::Identity();
-    if (turn > 1e-12) {
-      move.linear() = Eigen::AngleAxisd(turn, step.head<3>() / turn).toRotationMatrix();
-    }
+    const NormalEquations<6>::Vector step = sum.step();
+    Pose3 move = turn_about(Eigen::Vector3d::Zero(), step.head<3>());
     move.translation() = step.tail<3>();
     pose = move * pose;
     sigma_m = std::max(0.01, 0.7 * sigma_m);

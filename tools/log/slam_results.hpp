@@ -15,7 +15,7 @@ class SlamResults {
  public:
   SlamResults(const std::filesystem::path& log, RosExport& out) : log_(log.string()), out_(out) {}
 
-  /// Writes the next ones up to the first that is later. Broken messages are passed over.
+  /// Writes the next ones up to the first that is later. Broken messages are ignored.
   void write_until(Utime utime);
 
  private:

@@ -6,6 +6,7 @@
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/config.hpp"
+#include "recordings/recording.hpp"
 #include "recordings/recording_folder.hpp"
 #include "tools/map/beam_search.hpp"
 #include "tools/map/calibration.hpp"
@@ -14,8 +15,19 @@
 namespace marco {
 namespace {
 
-std::vector<RecordingParts> recordings_among(const MapArguments& arguments) {
-  return recordings_of({arguments.inputs.begin(), arguments.inputs.end()});
+// Of all recordings together. Of this many, none is kept open either.
+constexpr std::size_t kMostKeptBytes = 500'000'000, kMostKeptOpen = 100;
+
+std::vector<BatchInput::Recording> recordings_among(const MapArguments& arguments) {
+  const auto all = recordings_of({arguments.inputs.begin(), arguments.inputs.end()});
+  const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
+  const std::size_t most_bytes = all.size() < kMostKeptOpen ? kMostKeptBytes / all.size() : 0;
+  std::vector<BatchInput::Recording> recordings;
+  for (const RecordingParts& parts : all) {
+    const auto open = [parts, foreign] { return open_recording(parts, foreign); };
+    recordings.push_back({parts.front(), std::make_unique<KeptSamples>(open, most_bytes)});
+  }
+  return recordings;
 }
 
 // A recording of another building cannot extend the map: then nothing is written.
@@ -56,9 +68,8 @@ void apply(const CalibrationFile& calibration, MapOptions& options) {
   options.mapping3d.correction = calibration.pantilt;
 }
 
-bool can_be_corrected(const MapArguments& arguments) {
-  return !arguments.no_calibration && arguments.calibration.empty() &&
-         recordings_among(arguments).size() == 1;
+bool can_be_corrected(const MapArguments& arguments, const BatchInput& input) {
+  return !arguments.no_calibration && arguments.calibration.empty() && input.recordings.size() == 1;
 }
 
 bool is_judged_as_good(const JudgedMap& again, const JudgedMap& first) {
@@ -78,24 +89,32 @@ bool is_as_good(const JudgedMap& again, const JudgedMap& first) {
 
 }  // namespace
 
-MapOptions load_batch_options(const MapArguments& arguments, const ForeignTable& foreign) {
-  MapOptions options = process::load_options<MapOptions>(arguments.config);
+BatchInput load_batch_input(const MapArguments& arguments) {
+  BatchInput input{
+      recordings_among(arguments), process::load_options<MapOptions>(arguments.config), {}};
+  MapOptions& options = input.options;
   apply(load_calibration(arguments.calibration), options);
   // A batch run publishes its map once, at the end.
   options.slam.map_period_s = options.lines.map_period_s = 0.0;
   options.slam.hold_out_every = options.lines.hold_out_every = arguments.hold_out_every;
   std::vector<BodyPart>& body = options.slam.input.calibration.body;
-  for (const RecordingParts& parts : recordings_among(arguments)) {
-    const LookAhead found = look_ahead(parts, foreign, body);
+  for (const BatchInput::Recording& recording : input.recordings) {
+    const LookAhead found = look_ahead(*recording.samples, recording.name, body);
+    recording.samples->rewind();
     body.insert(body.end(), found.body.begin(), found.body.end());
     if (options.odometry_fault.empty()) options.odometry_fault = found.odometry_fault;
+    input.clock.end_stage("look through " + recording.name.filename().string());
   }
-  return options;
+  return input;
 }
 
+namespace {
+
+// Reads all inputs, makes the map and judges it. @param folder  of slam.lcm
+// @param clock  keeps running
 JudgedMap make_map(const MapArguments& arguments,
+                   const BatchInput& input,
                    const MapOptions& options,
-                   const ForeignTable& foreign,
                    const std::filesystem::path& folder,
                    const StageClock& clock) {
   JudgedMap map{std::make_unique<MapJob>(
@@ -112,7 +131,9 @@ JudgedMap make_map(const MapArguments& arguments,
                  start.empty() ? std::nullopt
                                : std::optional<Pose2>({start[0], start[1], deg_to_rad(start[2])}));
   }
-  for (const RecordingParts& parts : recordings_among(arguments)) job.read(parts, foreign);
+  for (const BatchInput::Recording& recording : input.recordings) {
+    job.read(*recording.samples, recording.name);
+  }
   require_extended(arguments, job);
   job.finish();
   require_scans(arguments, job);
@@ -121,8 +142,6 @@ JudgedMap make_map(const MapArguments& arguments,
   job.clock().end_stage("verdict");
   return map;
 }
-
-namespace {
 
 // A blurred map of the same scans fills more cells; a percent is chance.
 bool is_sharper(const JudgedMap& again, const JudgedMap& first) {
@@ -137,15 +156,10 @@ bool is_sharper(const JudgedMap& again, const JudgedMap& first) {
 class Remapping {
  public:
   Remapping(const MapArguments& arguments,
-            MapOptions options,
-            const ForeignTable& foreign,
+            const BatchInput& input,
             const std::filesystem::path& out,
             JudgedMap& map)
-      : arguments_(arguments),
-        options_(std::move(options)),
-        foreign_(foreign),
-        out_(out),
-        map_(map) {}
+      : arguments_(arguments), input_(input), options_(input.options), out_(out), map_(map) {}
 
   bool was_taken() const { return taken_; }
   const SensorCalibration& calibration() const { return options_.slam.input.calibration; }
@@ -156,7 +170,8 @@ class Remapping {
     options.slam.input.calibration = calibration;
     const std::filesystem::path folder = out_ / "corrected.part";
     std::filesystem::create_directory(folder);
-    JudgedMap again = make_map(arguments_, options, foreign_, folder, map_.job->clock());
+    input_.recordings.front().samples->rewind();
+    JudgedMap again = make_map(arguments_, input_, options, folder, map_.job->clock());
     const bool taken = is_better(again, map_);
     if (taken) {
       std::filesystem::rename(folder / "slam.lcm", out_ / "slam.lcm");
@@ -172,8 +187,8 @@ class Remapping {
 
  private:
   const MapArguments& arguments_;
+  const BatchInput& input_;
   MapOptions options_;
-  const ForeignTable& foreign_;
   std::filesystem::path out_;
   JudgedMap& map_;
   bool taken_ = false;
@@ -206,15 +221,13 @@ void correct_beams(Remapping& remapping, JudgedMap& map, slam::SelfCalibration& 
   beams->add_to(found, better);
 }
 
-}  // namespace
-
+// @returns what was found of the set-up; nothing where it was not looked for.
 std::optional<SelfCorrection> correct(const MapArguments& arguments,
-                                      const MapOptions& options,
-                                      const ForeignTable& foreign,
+                                      const BatchInput& input,
                                       const std::filesystem::path& out,
                                       JudgedMap& map) {
-  if (!can_be_corrected(arguments)) return std::nullopt;
-  Remapping remapping(arguments, options, foreign, out, map);
+  if (!can_be_corrected(arguments, input)) return std::nullopt;
+  Remapping remapping(arguments, input, out, map);
   SelfCorrection correction;
   slam::SelfCalibration beams;
   map.job->clock().show_stage("calibrating");
@@ -256,6 +269,21 @@ std::optional<SelfCorrection> correct(const MapArguments& arguments,
     correction.use = SelfCorrection::Use::rejected;
   }
   return correction;
+}
+
+}  // namespace
+
+CorrectedMap make_corrected_map(const MapArguments& arguments,
+                                BatchInput input,
+                                const std::filesystem::path& folder) {
+  if (!can_be_corrected(arguments, input)) {
+    for (const BatchInput::Recording& recording : input.recordings) {
+      recording.samples->rewind_for_the_last_time();
+    }
+  }
+  CorrectedMap made{make_map(arguments, input, input.options, folder, input.clock), {}};
+  made.correction = correct(arguments, input, folder, made.map);
+  return made;
 }
 
 }  // namespace marco

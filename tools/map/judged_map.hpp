@@ -3,7 +3,9 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <vector>
 
+#include "recordings/kept_samples.hpp"
 #include "tools/map/map_arguments.hpp"
 #include "tools/map/map_job.hpp"
 #include "tools/map/self_correction.hpp"
@@ -17,24 +19,33 @@ struct JudgedMap {
   std::optional<MapVerdict> verdict;  ///< nothing when localizing
 };
 
-/// The options of a batch run: those of --config, with --calibration and --hold-out, and with what
-/// the lasers of the recordings show of their own robot.
-MapOptions load_batch_options(const MapArguments& arguments, const ForeignTable& foreign);
+/// What a batch run maps.
+struct BatchInput {
+  struct Recording {
+    std::filesystem::path name;
+    std::unique_ptr<KeptSamples> samples;  ///< at the first one
+  };
+  std::vector<Recording> recordings;  ///< in the order of the sessions
+  /// Those of --config, with --calibration and --hold-out, and with what the lasers of the
+  /// recordings see of their own robot.
+  MapOptions options;
+  StageClock clock;
+};
 
-/// Reads all inputs, makes the map and judges it. @param folder  of slam.lcm
-/// @param clock  keeps running. @throws std::invalid_argument for an input that cannot be used.
-JudgedMap make_map(const MapArguments& arguments,
-                   const MapOptions& options,
-                   const ForeignTable& foreign,
-                   const std::filesystem::path& folder,
-                   const StageClock& clock);
+/// Opens the recordings, and reads of each what has to be known before its first scan is mapped.
+/// @throws std::invalid_argument for an input that cannot be used.
+BatchInput load_batch_input(const MapArguments& arguments);
 
-/// Makes the map again where the recording's own set-up was not as it said.
-/// @returns what was found; nothing where nobody looked.
-std::optional<SelfCorrection> correct(const MapArguments& arguments,
-                                      const MapOptions& options,
-                                      const ForeignTable& foreign,
-                                      const std::filesystem::path& out,
-                                      JudgedMap& map);
+struct CorrectedMap {
+  JudgedMap map;
+  std::optional<SelfCorrection> correction;  ///< nothing if the set-up was not calibrated
+};
+
+/// Makes the map of all recordings and judges it; again with a corrected set-up where calibration
+/// finds that the recording's is wrong. Each recording is read from the disk once.
+/// @param folder  of slam.lcm. @throws std::invalid_argument for an input that cannot be used.
+CorrectedMap make_corrected_map(const MapArguments& arguments,
+                                BatchInput input,
+                                const std::filesystem::path& folder);
 
 }  // namespace marco

@@ -19,17 +19,16 @@ bool is_on_pantilt(const std::map<std::string, SensorInfo>& sensors, const std::
 
 }  // namespace
 
-LookAhead look_ahead(const RecordingParts& parts,
-                     const ForeignTable& foreign,
+LookAhead look_ahead(files::SampleReader& recording,
+                     const std::filesystem::path& name,
                      const std::vector<BodyPart>& known) {
   LookAhead found;
   OdometryUnits units;
   std::map<std::string, SensorInfo> sensors;
   std::map<std::string, OwnBody> bodies;
-  const auto recording = open_recording(parts, foreign);
-  LookingThrough progress(parts.front());
-  while (std::optional<Sample> sample = recording->next()) {
-    progress.update(recording->progress());
+  LookingThrough progress(name);
+  while (std::optional<Sample> sample = recording.next()) {
+    progress.update(recording.progress());
     if (const auto* info = std::get_if<SensorInfo>(&*sample)) note_sensor(sensors, *info);
     if (const auto* odometry = std::get_if<OdometrySample>(&*sample)) {
       found.odometry_fault = units.look(*odometry).value_or("");

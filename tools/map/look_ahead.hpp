@@ -1,10 +1,11 @@
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "common/input/own_body.hpp"
-#include "recordings/recording.hpp"
+#include "recordings/sample_reader.hpp"
 
 namespace marco {
 
@@ -16,9 +17,10 @@ struct LookAhead {
 
 /// Reads a recording until its scans have decided, or to its end. A laser on a pan-tilt is left
 /// alone.
+/// @param name  shown meanwhile
 /// @param known  of the robot's body already; not among what is found
-LookAhead look_ahead(const RecordingParts& parts,
-                     const ForeignTable& foreign,
+LookAhead look_ahead(files::SampleReader& recording,
+                     const std::filesystem::path& name,
                      const std::vector<BodyPart>& known);
 
 }  // namespace marco

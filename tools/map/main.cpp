@@ -93,7 +93,7 @@ PhotographCounts paint(const std::filesystem::path& out,
   if (mesh.triangles.empty()) return {};
   std::vector<std::string> logs;
   for (const files::InputReport& input : job.inputs()) {
-    if (input.format == "LCM log") logs.insert(logs.end(), input.paths.begin(), input.paths.end());
+    if (input.pictures > 0) logs.insert(logs.end(), input.paths.begin(), input.paths.end());
   }
   PhotographCounts counts = write_photographs(out, logs, job.trajectory(), job.sensors(), options);
   if (counts.chosen > 0) counts.painted = paint_elsewhere(out, mesh, glb_numbers);
@@ -163,77 +163,119 @@ void print_left_out(const MapJob& job) {
 // The verdict alone: what is written on the way goes with a folder of its own.
 int check(const MapArguments& arguments) {
   const ScratchFolder folder;
-  const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
-  const MapOptions options = load_batch_options(arguments, foreign);
-  JudgedMap map = make_map(arguments, options, foreign, folder.path(), {});
-  const auto correction = correct(arguments, options, foreign, folder.path(), map);
+  const auto [map, correction] =
+      make_corrected_map(arguments, load_batch_input(arguments), folder.path());
   print_left_out(*map.job);
   if (correction) print_correction(*correction);
   print_verdict(*map.verdict, *map.job, false);
   return exit_code_of(map.verdict);
 }
 
-int run(const MapArguments& arguments) {
-  process::catch_interrupts(arguments.out + " is unchanged");
-  const auto foreign = process::load_options<ForeignTable>(arguments.foreign);
-  const MapOptions options = load_batch_options(arguments, foreign);
-  const std::string configuration = process::print_options(
-      process::load_options<MapOptions>(arguments.config), process::Printed::changed);
-  const auto results = open_results(arguments.out, named_inputs(arguments));
-  const std::filesystem::path out = results->path();
-  JudgedMap made = make_map(arguments, options, foreign, out, {});
-  const auto correction = correct(arguments, options, foreign, out, made);
-  MapJob& job = *made.job;
-  const std::optional<MapVerdict>& verdict = made.verdict;
-  write_paths(out, job, correction);
-  write_session(out, job, options.slam.slam);
-  const GridMap map = job.grid();
-  if (map.width_cells > 0) files::write_map(out, map);
-  if (verdict) mark_map(out, *verdict);
+// What is written before the surface, as far as pictures and figures need it.
+struct WrittenMap {
+  GridMap grid;
+  LineMap lines;
+  bool calibrated = true;
+};
+
+WrittenMap write_map(const std::filesystem::path& out,
+                     const MapArguments& arguments,
+                     const CorrectedMap& made,
+                     const slam::SlamOptions& options) {
+  MapJob& job = *made.map.job;
+  write_paths(out, job, made.correction);
+  write_session(out, job, options);
+  WrittenMap map;
+  map.grid = job.grid();
+  if (map.grid.width_cells > 0) files::write_map(out, map.grid);
+  if (made.map.verdict) mark_map(out, *made.map.verdict);
   if (arguments.sweep_meshes) {
     const TriangleMesh sweeps = job.mapping3d().mapper().scene_meshes();
     if (!sweeps.triangles.empty()) files::write_ply(out / "model_scenes.ply", sweeps);
   }
-  const LineMap lines = job.lines() != nullptr ? job.lines()->mapper().map() : LineMap{};
-  if (job.lines() != nullptr) write_lines(out, lines, job);
-  const bool calibrated = !arguments.calibrate || write_calibration(out / "calibration.toml", job);
+  if (job.lines() != nullptr) {
+    map.lines = job.lines()->mapper().map();
+    write_lines(out, map.lines, job);
+  }
+  if (arguments.calibrate) map.calibrated = write_calibration(out / "calibration.toml", job);
   job.clock().end_stage("write");
+  return map;
+}
+
+mapping3d::JoinedSurface write_surface(const std::filesystem::path& out,
+                                       MapJob& job,
+                                       const mapping3d::SurfacePipelineOptions& options,
+                                       files::GlbNumbers glb_numbers) {
   job.clock().show_stage("joining the surface");
   job.finish_model();  // the sweeps' ranges go: simplifying the surface needs the memory
-  const mapping3d::Mapper3d& mapper = job.mapping3d().mapper();
-  const TriangleMesh& model = mapper.model();
-  const mapping3d::JoinedSurface joined = mapping3d::join_surface(model, options.joined_surface);
-  write_joined_surface(out, model, joined, arguments.glb_numbers);
+  const TriangleMesh& model = job.mapping3d().mapper().model();
+  mapping3d::JoinedSurface joined = mapping3d::join_surface(model, options);
+  write_joined_surface(out, model, joined, glb_numbers);
   job.clock().end_stage("surface");
-  job.clock().show_stage("drawing");
-  draw(out, map, lines, job, verdict, arguments.loop_pictures);
-  job.clock().end_stage("pictures");
+  return joined;
+}
+
+// Compares with what is known to be true, and paints the model.
+ReportExtras compare_and_paint(const std::filesystem::path& out,
+                               const MapArguments& arguments,
+                               const CorrectedMap& made,
+                               const GridMap& grid,
+                               const mapping3d::JoinedSurface& joined,
+                               const PhotographOptions& photographs) {
+  MapJob& job = *made.map.job;
   job.clock().show_stage("comparing and painting");
-  ReportExtras extras{
-      judge_path(job),
-      figures_of(model, joined, mapper.scenes().size()),
-      paint(out, joined.simplified.mesh, job, options.photographs, arguments.glb_numbers),
-      arguments.command_line,
-      configuration,
-      verdict ? &*verdict : nullptr,
-      correction ? &*correction : nullptr};
-  extras.errors.merge(judge_held_out(job, map));
+  const mapping3d::Mapper3d& mapper = job.mapping3d().mapper();
+  ReportExtras extras{judge_path(job),
+                      figures_of(mapper.model(), joined, mapper.scenes().size()),
+                      paint(out, joined.simplified.mesh, job, photographs, arguments.glb_numbers),
+                      arguments.command_line,
+                      process::print_options(process::load_options<MapOptions>(arguments.config),
+                                             process::Printed::changed),
+                      made.map.verdict ? &*made.map.verdict : nullptr,
+                      made.correction ? &*made.correction : nullptr};
+  extras.errors.merge(judge_held_out(job, grid));
   if (!arguments.world.empty()) {
-    extras.errors.merge(judge_against_world(job, map, model, arguments.world));
+    extras.errors.merge(judge_against_world(job, grid, mapper.model(), arguments.world));
   }
   job.clock().end_stage("judge");
+  return extras;
+}
+
+void print_outcome(const MapArguments& arguments,
+                   const CorrectedMap& made,
+                   const ReportExtras& extras) {
+  const MapJob& job = *made.map.job;
+  print_summary(job, extras, arguments.out);
+  print_left_out(job);
+  if (made.correction) print_correction(*made.correction);
+  if (made.map.verdict) print_verdict(*made.map.verdict, job, true);
+}
+
+int run(const MapArguments& arguments) {
+  process::catch_interrupts(arguments.out + " is unchanged");
+  BatchInput input = load_batch_input(arguments);
+  const MapOptions options = input.options;
+  const auto results = open_results(arguments.out, named_inputs(arguments));
+  const std::filesystem::path out = results->path();
+  const CorrectedMap made = make_corrected_map(arguments, std::move(input), out);
+  MapJob& job = *made.map.job;
+  const WrittenMap map = write_map(out, arguments, made, options.slam.slam);
+  const mapping3d::JoinedSurface joined =
+      write_surface(out, job, options.joined_surface, arguments.glb_numbers);
+  job.clock().show_stage("drawing");
+  draw(out, map.grid, map.lines, job, made.map.verdict, arguments.loop_pictures);
+  job.clock().end_stage("pictures");
+  const ReportExtras extras =
+      compare_and_paint(out, arguments, made, map.grid, joined, options.photographs);
   write_report(out / "report.json", job, extras);
   const int unfound = report_unfound(arguments, job);
   process::end_if_interrupted();
   results->commit();
-  print_summary(job, extras, arguments.out);
-  print_left_out(job);
-  if (correction) print_correction(*correction);
-  if (verdict) print_verdict(*verdict, job, true);
-  require(calibrated,
+  print_outcome(arguments, made, extras);
+  require(map.calibrated,
           "--calibrate: neither odometry nor a gyroscope moves in this drive, and no two sweeps at "
           "one stop saw the same walls");
-  return unfound != 0 ? unfound : exit_code_of(verdict);
+  return unfound != 0 ? unfound : exit_code_of(made.map.verdict);
 }
 
 }  // namespace

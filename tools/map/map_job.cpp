@@ -98,7 +98,6 @@ void MapJob::read(files::SampleReader& recording, const std::filesystem::path& i
   if (!recorded_.inputs.empty()) mapper2d_->start_session();
   recordings_.push_back({live_trajectory().size(), odometry_trajectory().size()});
   const std::size_t first_key = key_count();
-  clock_.end_stage("recognise " + input.filename().string());
   process::Progress progress("mapping " + input.filename().string());
   while (std::optional<Sample> sample = recording.next()) {
     process::end_if_interrupted();

@@ -81,6 +81,8 @@ class MapJob {
   /// @throws std::invalid_argument when it cannot be read at all, std::runtime_error when the disk
   /// is full.
   void read(const RecordingParts& parts, const ForeignTable& foreign);
+  /// @param name  of the recording, as shown meanwhile and in errors
+  void read(files::SampleReader& recording, const std::filesystem::path& name);
 
   /// Optimizes for the last time, and completes slam.lcm.
   void finish();
@@ -148,7 +150,6 @@ class MapJob {
 
  private:
   const slam::Mapper2d& mapper() const { return mapper2d_->mapper2d(); }
-  void read(files::SampleReader& recording, const std::filesystem::path& input);
   void take(const Sample& sample);
   void note_bearings(const LaserScan& scan);
   void integrate(const ImuSample& sample);

@@ -2,7 +2,7 @@
 // They are taken before anybody else sees them; a text field keeps its Space.
 const kText = "textarea, [contenteditable], input:not([type=range], [type=checkbox], [type=radio], [type=button])";
 
-// stop(isRepeated), where canStop(); end() comes beside whatever else Escape does.
+// stop(isRepeated), where canStop(); end() comes in addition to what else Escape does.
 export function listenKeys({ canStop, stop, end }) {
   const take = (event) => {
     const isDown = event.type === "keydown";

@@ -122,7 +122,7 @@ class Space {
     this.ask("zoom", factor);
   }
 
-  // On the plan beside it: where the eye is and looks.
+  // On the plan next to it: where the eye is and looks.
   drawEye(context, view, colors) {
     if (!this.active || !this.view || this.view.isEmpty) return;
     const { x, y, yaw } = this.view.eye, [px, py] = view.toScreen(x, y), turn = -(yaw + view.angle);

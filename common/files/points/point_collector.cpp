@@ -1,7 +1,5 @@
 #include "common/files/points/point_collector.hpp"
 
-#include <cmath>
-
 namespace marco::files {
 namespace {
 

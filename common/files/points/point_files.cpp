@@ -5,7 +5,6 @@
 #include "common/files/points/point_formats.hpp"
 #include "common/files/points/scan_pose.hpp"
 #include "common/files/points/text_columns.hpp"
-#include "common/files/points/text_rows.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/readable.hpp"
 #include "lcm_tools/files/whole_file.hpp"

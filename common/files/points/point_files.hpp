@@ -22,7 +22,7 @@ enum class PointFormat {
 std::optional<PointFormat> point_format_of(const std::filesystem::path& path);
 
 /// Reads any of them. Columns of text mean what a line of names says, or else: 4 an intensity, 6 a
-/// colour, 7 both; more are passed over. Points beyond 10 km lie from the first one's whole metres.
+/// colour, 7 both; more are ignored. Points beyond 10 km lie from the first one's whole metres.
 /// x forward, y left, z up as the file has them; those of uos are turned there. The pose is the
 /// file's own (PCD's VIEWPOINT, PTX; the identity says nothing), or that of a file next to it,
 /// NAME.pose: see read_scan_pose.
@@ -31,7 +31,7 @@ std::optional<PointFormat> point_format_of(const std::filesystem::path& path);
 PointCloud read_points(const std::filesystem::path& path);
 
 /// Writes a scan, binary where the format knows it. The pose goes into the file where the format
-/// knows it, and into NAME.pose beside it where not; a cloud without a pose leaves such a file
+/// knows it, and into NAME.pose next to it where not; a cloud without a pose leaves such a file
 /// alone. Beams without a return are left out but of pcd and ptx. Text has hundredths of a
 /// millimetre.
 /// @throws std::runtime_error naming the path when it cannot be written.

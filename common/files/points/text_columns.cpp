@@ -74,16 +74,11 @@ TextColumns find_text_columns(TextRows rows) {
 
 TextColumns find_named_columns(const TextRows& rows) {
   std::vector<std::string> names;
-  std::string name;
-  for (const char c : rows.line()) {
-    if (!separates_fields(c)) {
-      if (c != '"') name += c;
-    } else if (!name.empty()) {
-      names.push_back(std::move(name));
-      name.clear();
-    }
+  TextFields fields(rows.line());
+  for (auto field = fields.next(); !field.empty(); field = fields.next()) {
+    names.emplace_back(field);
+    std::erase(names.back(), '"');
   }
-  names.push_back(name);
   names.resize(std::min(names.size(), kMaxTextColumns));
   const PointColumns named = find_point_columns(names);
   if (!named.xyz) return find_text_columns(rows);

@@ -4,8 +4,8 @@
 
 #include "common/files/point_columns.hpp"
 #include "common/files/points/point_collector.hpp"
-#include "common/files/points/text_rows.hpp"
 #include "common/files/scalar_types.hpp"
+#include "common/files/text_fields.hpp"
 
 namespace marco::files {
 
@@ -30,7 +30,7 @@ struct TextColumns {
 
 /// By how many numbers the next line has (4: an intensity; 6: a colour; 7: both; more are ignored),
 /// and by what they are: three numbers that are neither all whole and 0..255 nor all 0..1 in a
-/// hundred lines are no colour.
+/// hundred lines are not a colour.
 TextColumns find_text_columns(TextRows rows);
 
 /// As above, but by a line of names, which `rows` stands at.

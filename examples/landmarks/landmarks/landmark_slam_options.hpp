@@ -25,7 +25,7 @@ struct SightingNoise {
   }
 };
 
-/// Constant errors of the robot's set-up, which the filter estimates beside everything else.
+/// Constant errors of the robot's set-up, which the filter estimates along with everything else.
 /// A standard deviation of 0 keeps the value.
 struct SetUpOptions {
   double sensor_ahead_m = 0.0;  ///< of the point that `speed` is the speed of

@@ -43,7 +43,6 @@ class Dialog {
   virtual bool takes_quit_keys() const { return false; }
 };
 
-// Each is implemented in the file of its name.
 std::unique_ptr<Dialog> help_dialog();
 std::unique_ptr<Dialog> deputies_dialog(const SheriffProcess& sheriff);
 std::unique_ptr<Dialog> script_dialog(ScreenContext& context);

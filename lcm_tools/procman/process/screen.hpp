@@ -24,7 +24,7 @@ struct ScreenOptions {
 class Screen {
  public:
   /// @param sheriff outlives the screen.
-  /// @throws std::runtime_error when standard input and output are no terminal.
+  /// @throws std::runtime_error when standard input and output are not a terminal.
   explicit Screen(SheriffProcess& sheriff, const ScreenOptions& options = {});
   ~Screen();
   Screen(const Screen&) = delete;

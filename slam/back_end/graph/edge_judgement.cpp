@@ -1,9 +1,9 @@
 #include "slam/back_end/graph/edge_judgement.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <limits>
 
+#include "common/linear_algebra.hpp"
 #include "slam/back_end/graph/selected_inverse.hpp"
 #include "slam/back_end/graph/sparse_normal_equations.hpp"
 
@@ -53,17 +53,16 @@ double surprise(const Eigen::Matrix3d& information,
                 const Eigen::Matrix3d& predicted,
                 const Eigen::Vector3d& error,
                 bool in_force) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> roots(information);
-  const Eigen::Matrix3d root =
-      roots.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * roots.eigenvectors().transpose();
-  const Eigen::Matrix3d leverage = root * predicted * root.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(leverage);
-  const Eigen::Vector3d whitened = solver.eigenvectors().transpose() * (root * error);
+  const auto [squares, axes] = eigenpairs_of(information);
+  const Eigen::Matrix3d root = squares.cwiseMax(0.0).cwiseSqrt().asDiagonal() * axes.transpose();
+  const auto [leverage, vectors] =
+      eigenpairs_of(Eigen::Matrix3d(root * predicted * root.transpose()));
+  const Eigen::Vector3d whitened = vectors.transpose() * (root * error);
   // A direction that only this edge knows cannot contradict it.
   constexpr double kAlone = 1e-6;
   double sum = 0.0;
   for (int i = 0; i < 3; ++i) {
-    const double part = std::max(0.0, solver.eigenvalues()[i]);
+    const double part = std::max(0.0, leverage[i]);
     if (in_force && part > 1.0 - kAlone) continue;
     sum += whitened[i] * whitened[i] / (in_force ? 1.0 - part : 1.0 + part);
   }

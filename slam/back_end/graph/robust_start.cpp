@@ -1,8 +1,8 @@
 #include "slam/back_end/graph/robust_start.hpp"
 
+#include <algorithm>
 #include <cmath>
 
-#include "slam/back_end/graph/graduated_non_convexity.hpp"
 #include "slam/back_end/graph/loop_consistency.hpp"
 #include "slam/back_end/graph/sparse_normal_equations.hpp"
 
@@ -22,6 +22,37 @@ constexpr double kTranslationSlack = 2.0;
 constexpr double kRotationSlack = 0.2;
 
 using Vectors = std::vector<Eigen::Vector2d>;
+
+// The mu to start with, at which the surrogate is convex; 0 when no loop exceeds the limit.
+double first_mu(const std::vector<PoseGraphEdge>& edges,
+                const std::vector<double>& chi2,
+                double limit) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (edges[i].is_loop) worst = std::max(worst, chi2[i]);
+  }
+  return worst > limit ? limit / (2.0 * worst - limit) : 0.0;
+}
+
+// Weights of graduated non-convexity with the truncated least squares cost (Yang et al., RA-L
+// 2020, eq. 14) for squared residuals `chi2` of the loop edges; the others keep theirs.
+// @returns whether some are still undecided.
+bool graduate(const std::vector<PoseGraphEdge>& edges,
+              const std::vector<double>& chi2,
+              double limit,
+              double mu,
+              std::vector<double>& weights) {
+  const double off_above = (mu + 1.0) / mu * limit, on_below = mu / (mu + 1.0) * limit;
+  bool undecided = false;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (!edges[i].is_loop) continue;
+    weights[i] = chi2[i] >= off_above  ? 0.0
+                 : chi2[i] <= on_below ? 1.0
+                                       : std::sqrt(limit * mu * (mu + 1.0) / chi2[i]) - mu;
+    undecided = undecided || (weights[i] > 0.01 && weights[i] < 0.99);
+  }
+  return undecided;
+}
 
 // Least squares of blocks -A u_from + u_to = c, one an edge; u_0 is known.
 class LinearGraph {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/linear_algebra.hpp"
+
 namespace marco::slam {
 namespace {
 
@@ -18,10 +20,7 @@ constexpr double kLeastHalfChord = 0.2;
 // How sharply a ray that passes beside bounds the circle: edges of beams are as wide as this.
 constexpr double kEdgeSigmaM = 0.003;
 
-struct Sums {
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  // of hits
-  Eigen::Matrix3d bounds = Eigen::Matrix3d::Zero();       // of rays that passed beside
-  Eigen::Vector3d pull = Eigen::Vector3d::Zero();
+struct Sums : NormalEquations<3> {
   double cost = 0.0;  // of all
   double chi2 = 0.0;  // of hits
   int hits = 0;
@@ -67,8 +66,7 @@ void add_hit(const CircleRay& ray, const FittedCircle& circle, Sums& sums) {
       ray.direction - at.side * at.slope * Eigen::Vector2d(-ray.direction.y(), ray.direction.x());
   jacobian[2] = at.side * circle.radius_m / at.half_chord_m;
   const double residual = ray.range_m - at.range_m;
-  sums.information += jacobian * jacobian.transpose() / variance;
-  sums.pull += jacobian * residual / variance;
+  sums.add(jacobian, residual, 1.0 / variance);
   sums.cost += residual * residual / variance;
   sums.chi2 += residual * residual / variance;
   ++sums.hits;
@@ -84,8 +82,7 @@ void add_passed(const CircleRay& ray, const FittedCircle& circle, Sums& sums) {
   Eigen::Vector3d jacobian;  // of |across| - radius, measured to be 0 or more
   jacobian.head<2>() = side * Eigen::Vector2d(-ray.direction.y(), ray.direction.x());
   jacobian[2] = -1.0;
-  sums.bounds += jacobian * jacobian.transpose() / variance;
-  sums.pull += jacobian * inside_m / variance;
+  sums.add(jacobian, inside_m, 1.0 / variance);
   sums.cost += inside_m * inside_m / variance;
 }
 
@@ -109,9 +106,9 @@ std::optional<FittedCircle> fit_circle(std::span<const CircleRay> rays, FittedCi
   if (sums.hits < 3) return {};
   double damping = 1e-3;
   for (int i = 0; i < kMostIterations; ++i) {
-    Eigen::Matrix3d matrix = sums.information + sums.bounds;
+    Eigen::Matrix3d matrix = sums.information;
     matrix.diagonal() *= 1.0 + damping;
-    const Eigen::Vector3d step = matrix.ldlt().solve(sums.pull);
+    const Eigen::Vector3d step = solve_symmetric(matrix, sums.gradient);
     if (!step.allFinite()) return {};
     FittedCircle next = circle;
     next.centre_m += step.head<2>();
@@ -127,8 +124,7 @@ std::optional<FittedCircle> fit_circle(std::span<const CircleRay> rays, FittedCi
     damping = std::max(1e-9, 0.1 * damping);
     if (step.norm() < kConvergedM) break;
   }
-  const Eigen::Matrix3d information = sums.information + sums.bounds;
-  const Eigen::LLT<Eigen::Matrix3d> factor(information);
+  const Eigen::LLT<Eigen::Matrix3d> factor(sums.information);
   if (factor.info() != Eigen::Success || circle.radius_m >= kLargestFittedM) return {};
   circle.covariance = factor.solve(Eigen::Matrix3d::Identity());
   circle.chi2 = sums.chi2;

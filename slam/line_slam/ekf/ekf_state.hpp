@@ -12,7 +12,7 @@ namespace marco::slam {
 /// theta, unused), each other one a wall (x1, y1, x2, y2), world frame [m, rad]. The covariance is
 /// one dense matrix; a step costs O(blocks^2).
 ///
-/// Each estimate has a linearization point beside it, where Jacobians are taken (first-estimates
+/// Each estimate has a linearization point of its own, where Jacobians are taken (first-estimates
 /// Jacobian, Huang, Mourikis and Roumeliotis 2008). Not thread-safe.
 class EkfState {
  public:

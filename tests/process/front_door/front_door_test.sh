@@ -105,7 +105,7 @@ exec {building}>"$clone/build/release/.lock"
 flock "$building"
 door evaluate a.tum b.relations
 [ "$out/$calls" = "ran marco-evaluate a.tum b.relations/" ] || fail "while another builds: $out, $calls"
-expect_in "$err" "marco-evaluate runs as it was" "while another builds"
+expect_in "$err" "running the existing marco-evaluate" "while another builds"
 exec {building}>&-
 door evaluate --help
 [ "$out/$calls" = "ran marco-evaluate --help/" ] || fail "help where the program is there: $out, $calls"

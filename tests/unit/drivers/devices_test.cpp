@@ -300,7 +300,7 @@ TEST(Devices, ASilentPortIsSilent) {
   EXPECT_FALSE(silent.heard().empty());
   Stranger unasked({});
   EXPECT_THAT(describe(look_at(unasked, false)),
-              ::testing::HasSubstr("nothing was asked, because it is a test. `marco devices"));
+              ::testing::HasSubstr("no query was sent, because it is a test. `marco devices"));
   EXPECT_TRUE(unasked.heard().empty());
 }
 

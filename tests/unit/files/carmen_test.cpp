@@ -153,7 +153,7 @@ TEST(Carmen, StampsThatAreNoTimesAreNotedWithTheirCount) {
                        "are not measurement times"));
   EXPECT_THAT(notes(3.15e7), Contains("19 of 20 scans are an hour or more from the previous one: "
                                       "their stamps are not measurement times"));
-  EXPECT_THAT(notes(-4000.0), Contains(HasSubstr("19 of 20 scans are an hour and more")));
+  EXPECT_THAT(notes(-4000.0), Contains(HasSubstr("19 of 20 scans are an hour or more")));
   EXPECT_THAT(notes(1.0), Not(Contains(HasSubstr("not measurement times"))));
 }
 

@@ -252,7 +252,7 @@ TEST_F(ForeignPoints, OtherFilesAreNone) {
   EXPECT_EQ(format("a.TXT", "3\n1 2 3\n"), PointFormat::pts);
   EXPECT_EQ(point_format_of(folder.path()), std::nullopt);
   EXPECT_EQ(point_format_of("/nonexistent/a.ply"), std::nullopt);
-  EXPECT_THAT(said("a.log", "1 2 3\n"), HasSubstr("a.log: no file of points"));
+  EXPECT_THAT(said("a.log", "1 2 3\n"), HasSubstr("a.log: not a point file"));
   EXPECT_THAT(complaint([] { read_points("/nonexistent/a.ply"); }),
               HasSubstr("/nonexistent/a.ply"));
 }

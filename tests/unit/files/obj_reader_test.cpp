@@ -69,8 +69,8 @@ TEST(ObjReader, BrokenLinesAreNamed) {
   EXPECT_THAT(said(three + "f 1 2 0\n"), HasSubstr("m.obj:4: '0'"));
   EXPECT_THAT(said(three + "f 1 2 -4\n"), HasSubstr("m.obj:4: '-4'"));
   EXPECT_THAT(said(three + "f 1 2 9223372036854775808\n"), HasSubstr("m.obj:4: '9223"));
-  EXPECT_THAT(said(three + "f 1//1 2//1 3//1\n"), HasSubstr("none of the 0 normals"));
-  EXPECT_THAT(said(three + "f 1/ 2 x/1\n"), HasSubstr("m.obj:4: 'x' is none"));
+  EXPECT_THAT(said(three + "f 1//1 2//1 3//1\n"), HasSubstr("not one of the 0 normals"));
+  EXPECT_THAT(said(three + "f 1/ 2 x/1\n"), HasSubstr("m.obj:4: 'x' is not one"));
   EXPECT_THAT(said(three + "\nf 1 2\n"), HasSubstr("m.obj:5: a face has at least three"));
   EXPECT_THAT(said("v 0 0\n"), HasSubstr("m.obj:1: a vertex has x y z"));
   EXPECT_THAT(said("v 0 0 nan\n"), HasSubstr("'nan' is not a finite number"));

@@ -101,7 +101,7 @@ TEST(OddRecordings, OfTwoLasersWhosePlacesNobodyTellsOneIsUsed) {
   const Recorded recorded = robot.recorded();
   EXPECT_EQ(recorded.infos.size(), 1U);
   EXPECT_THAT(recorded.report.notes,
-              Contains(HasSubstr("laser /front is passed over: no transform tells where a is")));
+              Contains(HasSubstr("laser /front is ignored: no transform to a")));
 }
 
 // The computer of its driver is three seconds ahead.

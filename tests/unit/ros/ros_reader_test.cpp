@@ -38,7 +38,7 @@ TEST(RosReader, BelievesTheCountAndTheStepOfBeams) {
   for (int i = 0; i < 3; ++i) robot.scan(1.0 + i);
   const Recorded recorded = robot.recorded();
   EXPECT_NEAR(recorded.scans.at(0).bearing_rad(4), 1.0, 1e-6);  // not angle_max, 1.5
-  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("no transform tells where laser is")));
+  EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("no transform to laser")));
   EXPECT_THAT(recorded.report.notes, Contains(HasSubstr("no odometry")));
 }
 

@@ -26,7 +26,7 @@ TEST(RosRecordings, OfRobotsTellLaserPlaceAndOdometry) {
   const char* folder = marco::testing::real_data();
   if (folder == nullptr) GTEST_SKIP();
   const Known recordings[] = {
-      {"guardian_3.bag", 1038, 2079, 0, 0, -0.432, 180, "/scan is passed over"},
+      {"guardian_3.bag", 1038, 2079, 0, 0, -0.432, 180, "/scan is ignored"},
       {"guardian_controller_2.bag", 1031, 2060, 0, 0, -0.432, 180, "odometry /guardian_node/odom"},
       {"ship_interior_with_tilting_laser.bag", 414, 1966, 0, 1010, -0.432, 180,
        "the joint from base_link to hokuyo_tilt_laser_link is its pan-tilt"},

@@ -39,7 +39,7 @@ TEST(MapEdit, CommentsAndEmptyLinesAreLeftOut) {
 }
 
 TEST(MapEdit, FaultsNameLineAndCause) {
-  EXPECT_THAT(fault_of("\nforget_loop 1 2"), HasSubstr("line 2: 'forget_loop' is none of"));
+  EXPECT_THAT(fault_of("\nforget_loop 1 2"), HasSubstr("line 2: 'forget_loop' is not one of"));
   EXPECT_THAT(fault_of("forbid_loop 1"), HasSubstr("line 1: expected two times in seconds"));
   EXPECT_THAT(fault_of("forbid_loop 1 soon"), HasSubstr("two times in seconds"));
   EXPECT_THAT(fault_of("forbid_loop -1 2"), HasSubstr("two times in seconds"));

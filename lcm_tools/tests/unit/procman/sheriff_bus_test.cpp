@@ -134,7 +134,7 @@ TEST_F(DeputyWatchTest, NoticesTheOlderProtocol) {
   info.push_back(6);
   for (const char c : std::string("robot")) info.push_back(static_cast<uint8_t>(c));
   info.resize(60, 0);
-  EXPECT_THAT(hear(info), ElementsAre(HasSubstr("deputy robot speaks libbot2's protocol")));
+  EXPECT_THAT(hear(info), ElementsAre(HasSubstr("deputy robot uses libbot2's protocol")));
   EXPECT_THAT(hear(info), IsEmpty());
   EXPECT_THAT(hear({1, 2, 3}), IsEmpty());
   info[17] = 0x7f;  // a length beyond the message

@@ -59,7 +59,7 @@ TEST(Tcpq, RefusesOtherProtocolsAndLengthsThatLie) {
   EXPECT_THAT(refused("GET / HTTP/1.1\r\n"), HasSubstr("tcpq"));
   EXPECT_THAT(refused(greeting_of(Role::server)), HasSubstr("tcpq"));
   const std::string hello = greeting_of(Role::client);
-  EXPECT_THAT(refused(hello + std::string("\0\0\0\x09\0\0\0\x01", 8)), HasSubstr("kind"));
+  EXPECT_THAT(refused(hello + std::string("\0\0\0\x09\0\0\0\x01", 8)), HasSubstr("unknown type"));
   EXPECT_THAT(refused(hello + std::string("\0\0\0\x01\xff\0\0\0", 8)), HasSubstr("name"));
   EXPECT_THAT(refused(hello + std::string("\0\0\0\x01\0\0\0\x01X\xff\0\0\0", 13)),
               HasSubstr("64 MB"));

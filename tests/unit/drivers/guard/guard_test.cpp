@@ -537,14 +537,6 @@ TEST_F(Guard, SonarsAloneAreOfUse) {
   EXPECT_THAT(bench_->note(), HasSubstr("SONAR is silent for"));
 }
 
-TEST_F(Guard, ItsOldSettingsAreRefusedWithTheNewLine) {
-  for (const char* old : {"front_m = 0.2", "back_m = 0.2", "half_width_m = 0.2"}) {
-    EXPECT_THAT([&] { process::parse_options(old, options_, "base.toml"); },
-                ::testing::ThrowsMessage<std::invalid_argument>(
-                    HasSubstr("write body_m = [FRONT, -HALF_WIDTH, FRONT, HALF_WIDTH, -BACK")));
-  }
-}
-
 TEST_F(Guard, RefusesABodyThatIsNone) {
   options_.body_m = {0.1, 0.1, 0.2};
   EXPECT_THAT([&] { ObstacleGuard{options_}; },

@@ -143,7 +143,7 @@ TEST_F(SlamAdapterOrders, ASavedMapGrowsByWhatIsDrivenAfterExtend) {
   send(another_day, samples_[2]);
   order(another_day, slam_command_t::SAVE, "hall");
   EXPECT_THAT(text_of(second.take_reply()),
-              HasSubstr("refused: SAVE: the robot has not been found"));
+              HasSubstr("refused: SAVE: the robot has not yet been found"));
   EXPECT_EQ(load_map_folder(folder_.path() / "hall").slam.path.scans.size(), scans);
   for (std::size_t i = 3; i < samples_.size(); ++i) send(another_day, samples_[i]);
   ASSERT_TRUE(second.session().joined());

@@ -185,6 +185,18 @@ std::string insert(const PlanOpening& opening) {
       flip * opening.width_m(), rad_to_deg(std::atan2(way.y(), way.x())));
 }
 
+std::string object_entities(const PlanObject& object) {
+  if (object.round) {
+    return format("0\nCIRCLE\n8\nCOLUMNS\n10\n%.6f\n20\n%.6f\n30\n0.0\n40\n%.6f\n",
+                  object.centre.x(), object.centre.y(), object.radius_m);
+  }
+  std::string out;
+  for (std::size_t i = 0; i < object.outline.size(); ++i) {
+    out += line("FURNITURE", object.outline[i], object.outline[(i + 1) % object.outline.size()]);
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string plan_dxf(const FloorPlan& plan) {
@@ -211,16 +223,7 @@ std::string plan_dxf(const FloorPlan& plan) {
   for (std::size_t i = 0; i < dimensions.size(); ++i) {
     out += dimension_entity(dimensions[i], dimension_name(i));
   }
-  for (const PlanObject& object : plan.objects) {
-    if (object.round) {
-      out += format("0\nCIRCLE\n8\nCOLUMNS\n10\n%.6f\n20\n%.6f\n30\n0.0\n40\n%.6f\n",
-                    object.centre.x(), object.centre.y(), object.radius_m);
-      continue;
-    }
-    for (std::size_t i = 0; i < object.outline.size(); ++i) {
-      out += line("FURNITURE", object.outline[i], object.outline[(i + 1) % object.outline.size()]);
-    }
-  }
+  for (const PlanObject& object : plan.objects) out += object_entities(object);
   return out + "0\nENDSEC\n0\nEOF\n";
 }
 

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <fstream>
 
-#include "common/files/drawing.hpp"
 #include "common/files/glb.hpp"
 #include "common/files/map_yaml.hpp"
 #include "common/files/obj.hpp"
@@ -13,6 +12,7 @@
 #include "common/files/tum.hpp"
 #include "lcm_tools/files/event_log.hpp"
 #include "lcm_tools/log/repair.hpp"
+#include "plan/drawing/drawing.hpp"
 #include "recordings/recording.hpp"
 #include "recordings/tilted_scans.hpp"
 #include "tests/fuzz/memory_file.hpp"
@@ -113,8 +113,8 @@ MARCO_FUZZ(obj) {
 
 MARCO_FUZZ(drawing) {
   quietly([&] {
-    const files::Drawing drawing = files::read_drawing(std::string(bytes.begin(), bytes.end()));
-    for (const files::DrawnLine& line : drawing.lines) {
+    const plan::Drawing drawing = plan::read_drawing(std::string(bytes.begin(), bytes.end()));
+    for (const plan::DrawnLine& line : drawing.lines) {
       promise(line.from.allFinite() && line.to.allFinite(), "lines are finite");
       promise(line.layer >= 0 && static_cast<std::size_t>(line.layer) < drawing.layers.size(),
               "a line's layer is there");

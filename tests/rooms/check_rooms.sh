@@ -17,22 +17,23 @@ refuse() {
   failed=1
 }
 
-rooms=(slam mapping3d viewer)
+rooms=(slam plan mapping3d viewer)
 programs='drivers/|simulator/|teleop/|tools/|web/|lcm_tools/(log|procman|schema|spy)/'
 refuse 'an algorithm includes LCM, logging or a message' 'lcm/|lcmtypes/|marco/|bot_core/|spdlog/|toml' "${rooms[@]}" common
-refuse 'slam includes another room' "mapping3d/|viewer/|recordings/|$programs" slam
+refuse 'slam includes another room' "plan/|mapping3d/|viewer/|recordings/|$programs" slam
 found=$(grep -rnE '#include [<"][a-z_0-9]+/' core | grep -vE '"(core|common|slam)/')
 [ -z "$found" ] || { echo "core includes more than its rooms:"; echo "$found"; failed=1; }
-refuse 'mapping3d includes another room' "slam/|viewer/|recordings/|$programs" mapping3d
-refuse 'viewer includes another room' "slam/|mapping3d/|recordings/|$programs" viewer
-refuse 'common includes a room' "slam/|mapping3d/|viewer/|recordings/|$programs" common
-refuse 'an algorithm includes threads or clocks' 'thread>|chrono>|mutex>|future>|atomic>' slam mapping3d
-refuse 'recordings includes a room' "slam/|mapping3d/|viewer/|$programs" recordings
+refuse 'plan includes another room than slam' "mapping3d/|viewer/|recordings/|$programs" plan
+refuse 'mapping3d includes another room' "slam/|plan/|viewer/|recordings/|$programs" mapping3d
+refuse 'viewer includes another room' "slam/|plan/|mapping3d/|recordings/|$programs" viewer
+refuse 'common includes a room' "slam/|plan/|mapping3d/|viewer/|recordings/|$programs" common
+refuse 'an algorithm includes threads or clocks' 'thread>|chrono>|mutex>|future>|atomic>' slam plan mapping3d
+refuse 'recordings includes a room' "slam/|plan/|mapping3d/|viewer/|$programs" recordings
 # lcm_tools is a project of its own, below */process/ too.
-found=$(grep -rnE '#include [<"](common/|lcmtypes/|recordings/|drivers/|simulator/|teleop/|slam/|mapping3d/|viewer/|web/|tools/|tests/|Eigen/|opencv2/)' \
+found=$(grep -rnE '#include [<"](common/|lcmtypes/|recordings/|drivers/|simulator/|teleop/|slam/|plan/|mapping3d/|viewer/|web/|tools/|tests/|Eigen/|opencv2/)' \
   lcm_tools --include='*.hpp' --include='*.cpp')
 [ -z "$found" ] || { echo "lcm_tools includes what is not its own:"; echo "$found"; failed=1; }
-refuse 'drivers include a room' 'slam/|mapping3d/|viewer/|tools/|web/' drivers
+refuse 'drivers include a room' 'slam/|plan/|mapping3d/|viewer/|tools/|web/' drivers
 refuse 'the page includes a driver or the simulator' 'drivers/|simulator/' web
 refuse 'Foxglove'"'"'s messages know the page' 'web/(process/|[a-z_]*\.hpp)' web/foxglove
 

@@ -8,12 +8,12 @@
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/progress.hpp"
-#include "slam/known_plan/deviation_sheet.hpp"
-#include "slam/known_plan/plan_map.hpp"
-#include "slam/plan/make_plan.hpp"
-#include "slam/plan/sheet/plan_dxf.hpp"
-#include "slam/plan/sheet/plan_json.hpp"
-#include "slam/plan/sheet/plan_sheet.hpp"
+#include "plan/known_plan/deviation_sheet.hpp"
+#include "plan/known_plan/plan_map.hpp"
+#include "plan/make_plan.hpp"
+#include "plan/sheet/plan_dxf.hpp"
+#include "plan/sheet/plan_json.hpp"
+#include "plan/sheet/plan_sheet.hpp"
 #include "slam/process/map_folder.hpp"
 
 namespace marco {
@@ -22,17 +22,17 @@ namespace {
 struct Arguments {
   std::string folder;
   std::string names;
-  slam::SheetWish sheet;
+  plan::SheetWish sheet;
   std::string import, against;  ///< drawings
-  slam::PlanWish wish;
+  plan::PlanWish wish;
   std::vector<double> start;  ///< x, y [m], heading [degrees]
 };
 
 // One name a line, in the order of the plan's rooms; perhaps with a byte order mark.
-void name_rooms(slam::FloorPlan& plan, const std::string& path) {
+void name_rooms(plan::FloorPlan& plan, const std::string& path) {
   const std::string text = files::read_whole_file(path);
   std::size_t begin = text.starts_with("\xEF\xBB\xBF") ? 3 : 0;
-  for (slam::PlanRoom& room : plan.rooms) {
+  for (plan::PlanRoom& room : plan.rooms) {
     if (begin >= text.size()) return;
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     std::string name = text.substr(begin, end - begin);
@@ -44,21 +44,21 @@ void name_rooms(slam::FloorPlan& plan, const std::string& path) {
                                     std::to_string(plan.rooms.size()) + ")");
 }
 
-void print_table(const slam::FloorPlan& plan) {
+void print_table(const plan::FloorPlan& plan) {
   std::printf("%-16s %9s %9s %13s %7s\n", "room", "area [m2]", "sigma", "size [m]", "seen");
-  for (const slam::PlanRoom& room : plan.rooms) {
+  for (const plan::PlanRoom& room : plan.rooms) {
     std::printf("%-16s %9.2f %9.2f %6.2f x %4.2f %6.0f%%\n", room.name.c_str(), room.area_m2,
                 room.area_sigma_m2, room.size_m.x(), room.size_m.y(), 100 * room.seen);
   }
   std::printf("Doors and openings: %zu\n", plan.openings.size());
 }
 
-slam::KnownPlan read_plan(const std::string& path, const slam::PlanWish& wish) {
+plan::KnownPlan read_plan(const std::string& path, const plan::PlanWish& wish) {
   constexpr std::uintmax_t kLargest = 512U << 20;
   require(std::filesystem::file_size(path) <= kLargest, path + ": is larger than 512 MB");
   try {
-    const files::Drawing drawing = files::read_drawing(files::read_whole_file(path));
-    slam::KnownPlan plan = slam::known_plan_of(drawing, wish);
+    const plan::Drawing drawing = plan::read_drawing(files::read_whole_file(path));
+    plan::KnownPlan plan = plan::known_plan_of(drawing, wish);
     const auto list = [](const char* title, const std::vector<std::string>& names) {
       std::string text = title;
       for (const std::string& name : names) text += (name.empty() ? " (none)" : " " + name) + ",";
@@ -78,17 +78,17 @@ slam::KnownPlan read_plan(const std::string& path, const slam::PlanWish& wish) {
 }
 
 int import_plan(const Arguments& arguments) {
-  const slam::PlanSight sight = slam::look_about(read_plan(arguments.import, arguments.wish));
-  slam::save_map_folder(arguments.folder, slam::map_of_plan(sight), {});
+  const plan::PlanSight sight = plan::look_about(read_plan(arguments.import, arguments.wish));
+  slam::save_map_folder(arguments.folder, plan::map_of_plan(sight), {});
   std::printf("%s is a map to localize in: ./marco map LOG --localize %s\n",
               arguments.folder.c_str(), arguments.folder.c_str());
   return 0;
 }
 
 std::optional<Pose2> place_of(const slam::SavedMap& map,
-                              const slam::PlanSight& sight,
+                              const plan::PlanSight& sight,
                               const std::vector<double>& start) {
-  if (start.empty()) return slam::find_in_plan(sight, map.slam.keyframes.keys);
+  if (start.empty()) return plan::find_in_plan(sight, map.slam.keyframes.keys);
   const Trajectory path = slam::trajectory_of(map.slam.path.scans, map.slam.keyframes.keys);
   require(!path.empty(), "the map has no path, so --start has no meaning");
   return Pose2{start[0], start[1], deg_to_rad(start[2])} * path.front().world_from_robot.inverse();
@@ -99,12 +99,12 @@ int compare(const Arguments& arguments) {
   const slam::SavedMap map = slam::load_map_folder(folder);
   std::optional<process::Progress> progress;
   progress.emplace("searching the plan for the map").show();
-  const slam::KnownPlan plan = read_plan(arguments.against, arguments.wish);
-  const slam::PlanSight sight = slam::look_about(plan);
+  const plan::KnownPlan plan = read_plan(arguments.against, arguments.wish);
+  const plan::PlanSight sight = plan::look_about(plan);
   const std::optional<Pose2> place = place_of(map, sight, arguments.start);
   // Where no place stands out it may lie as the map does: Marco's own plans of it do.
-  const slam::PlanDeviations found =
-      slam::compare_with_plan(sight.faces, map.slam.keyframes.keys, place.value_or(Pose2{}));
+  const plan::PlanDeviations found =
+      plan::compare_with_plan(sight.faces, map.slam.keyframes.keys, place.value_or(Pose2{}));
   constexpr double kLeastAgreeing = 0.3, kLeastOfAGuess = 0.7;
   require(place || found.fit.agreeing >= kLeastOfAGuess,
           arguments.folder + ": was not found in " + arguments.against +
@@ -112,9 +112,9 @@ int compare(const Arguments& arguments) {
   require(found.fit.agreeing >= kLeastAgreeing,
           "of the map's walls only " + std::to_string(static_cast<int>(100 * found.fit.agreeing)) +
               " % are on walls of the plan: this is another building, or a wrong --start");
-  files::write_whole_file(folder / "deviations.json", slam::deviations_json(found, plan));
-  files::write_whole_file(folder / "deviations.svg", slam::deviations_svg(found, plan));
-  std::fputs(slam::deviation_table(found).c_str(), stdout);
+  files::write_whole_file(folder / "deviations.json", plan::deviations_json(found, plan));
+  files::write_whole_file(folder / "deviations.svg", plan::deviations_svg(found, plan));
+  std::fputs(plan::deviation_table(found).c_str(), stdout);
   std::printf("deviations.json and deviations.svg are in %s\n", folder.c_str());
   return 0;
 }
@@ -128,20 +128,20 @@ int run(const Arguments& arguments) {
   const slam::SavedMap map = slam::load_map_folder(folder);
   std::optional<process::Progress> progress;
   progress.emplace("drawing the plan").show();
-  slam::FloorPlan plan = slam::make_plan(map.slam.keyframes.keys);
+  plan::FloorPlan plan = plan::make_plan(map.slam.keyframes.keys);
   if (!arguments.names.empty()) name_rooms(plan, arguments.names);
-  slam::SheetWish wish = arguments.sheet;
+  plan::SheetWish wish = arguments.sheet;
   const std::string name =
       printable(std::filesystem::absolute(folder / ".").parent_path().filename().string());
   wish.title = wish.title.empty() ? "Floor plan: " + name : printable(wish.title);
   wish.source = "Measured by laser; map folder " + name + ", " +
                 std::to_string(map.slam.keyframes.keys.size()) + " keyframes.";
-  const slam::Sheet sheet = slam::draw_sheet(plan, wish);
-  const slam::SheetPdf pdf = slam::sheet_pdf(sheet);
+  const plan::Sheet sheet = plan::draw_sheet(plan, wish);
+  const plan::SheetPdf pdf = plan::sheet_pdf(sheet);
   files::write_whole_file(folder / "plan.pdf", pdf.bytes);
-  files::write_whole_file(folder / "plan.svg", slam::sheet_svg(sheet));
-  files::write_whole_file(folder / "plan.dxf", slam::plan_dxf(plan));
-  files::write_whole_file(folder / "plan.json", slam::plan_json(plan));
+  files::write_whole_file(folder / "plan.svg", plan::sheet_svg(sheet));
+  files::write_whole_file(folder / "plan.dxf", plan::plan_dxf(plan));
+  files::write_whole_file(folder / "plan.json", plan::plan_json(plan));
   progress.reset();
   print_table(plan);
   if (!pdf.missing.empty()) {

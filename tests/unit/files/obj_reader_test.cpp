@@ -77,7 +77,7 @@ TEST(ObjReader, BrokenLinesAreNamed) {
   EXPECT_THAT(said("v 0 0 1e39\n"), HasSubstr("'1e39' is not a finite number"));
   EXPECT_THAT(said("v 0 0 0 0 0 2\n"), HasSubstr("are 0 to 1"));
   EXPECT_THAT(said("v 0 0 0 0 0 0 0\n"), HasSubstr("at most"));
-  EXPECT_THAT(said("ply\nformat\n"), HasSubstr("m.obj:1: 'ply' begins no line"));
+  EXPECT_THAT(said("ply\nformat\n"), HasSubstr("m.obj:1: 'ply' is not a supported OBJ line"));
   EXPECT_THAT(complaint([&] { read_obj(folder.path() / "no.obj"); }), HasSubstr("no.obj"));
   EXPECT_THAT(complaint([&] { read_obj(folder.path()); }), HasSubstr("cannot be read"));
 }

@@ -3,6 +3,7 @@
 #include <sqlite3.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <utility>
 
 #include "lcm_tools/base/check.hpp"
@@ -72,13 +73,30 @@ std::string escaped(const std::string& path) {
   return uri;
 }
 
+// SQLite's files, opened by the path as it is: it would resolve /proc/self/fd/N, which is a file
+// without a name.
+const char* vfs_of_given_paths() {
+  static sqlite3_vfs vfs = [] {
+    sqlite3_vfs copy = *sqlite3_vfs_find(nullptr);
+    copy.zName = "marco-given-paths";
+    copy.xFullPathname = [](sqlite3_vfs*, const char* path, int most, char* full) {
+      return std::snprintf(full, static_cast<std::size_t>(most), "%s", path) < most
+                 ? SQLITE_OK
+                 : SQLITE_CANTOPEN;
+    };
+    return copy;
+  }();
+  static const bool is_registered = sqlite3_vfs_register(&vfs, 0) == SQLITE_OK;
+  return is_registered ? vfs.zName : nullptr;
+}
+
 Database opened(const std::filesystem::path& path) {
   files::require_readable(path);
   sqlite3* raw = nullptr;
   const std::string uri =
       "file:" + escaped(std::filesystem::absolute(path).string()) + "?immutable=1";
   sqlite3_open_v2(uri.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX,
-                  nullptr);
+                  vfs_of_given_paths());
   // Else it reads nothing of a file that is cut off.
   sqlite3_exec(raw, "PRAGMA writable_schema=ON", nullptr, nullptr, nullptr);
   return Database(raw);

@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "common/input/process/sensor_feed.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/process/emergency_stop.hpp"
@@ -18,6 +17,7 @@
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/convert_robot.hpp"
+#include "live/sensor_feed.hpp"
 #include "teleop/terminal.hpp"
 
 namespace marco::teleop {

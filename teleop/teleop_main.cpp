@@ -3,7 +3,6 @@
 
 #include <cstdio>
 
-#include "common/diagnosis/process/silence_watch.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/process/arguments.hpp"
@@ -14,6 +13,7 @@
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/convert_robot.hpp"
+#include "live/diagnosis/silence_watch.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "teleop/operator.hpp"
 #include "teleop/screen.hpp"

@@ -1,6 +1,5 @@
 #include <spdlog/spdlog.h>
 
-#include "common/diagnosis/process/silence_watch.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
@@ -12,6 +11,7 @@
 #include "lcmtypes/convert.hpp"
 #include "lcmtypes/convert_robot.hpp"
 #include "lcmtypes/stamp.hpp"
+#include "live/diagnosis/silence_watch.hpp"
 #include "marco/slam_pose_t.hpp"
 #include "teleop/terminal.hpp"
 #include "teleop/tour_runner.hpp"

@@ -19,11 +19,7 @@ NO_PRODUCT = re.compile(r"(^|/)(tests|examples|python)/")
 LONGEST_FUNCTION = 60  # as .clang-tidy has it
 SETTINGS, ONE_USER, LONG_FUNCTIONS = "settings", "headers_with_one_user", "functions_over_60_lines"
 
-# Device emulators by name or folder, and the parts that only they use.
-EMULATOR = re.compile(
-    r"^(drivers|simulator)/.*emulat|^simulator/devices/|"
-    r"^drivers/(base/lagging_wheel|hcs12/firmware|hokuyo/mirror|laser/laser_world|"
-    r"p2os/(camera_head|requested_packets)|sick/mirror|transport/simulated_line)\.")
+EMULATOR = re.compile(r"^simulator/devices/")
 
 
 def tracked(*patterns):

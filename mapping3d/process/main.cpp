@@ -1,13 +1,13 @@
 #include <spdlog/spdlog.h>
 
-#include "common/diagnosis/process/live_loop.hpp"
 #include "common/files/ply.hpp"
-#include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/status_publisher.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
+#include "live/calibration_file.hpp"
+#include "live/diagnosis/live_loop.hpp"
 #include "mapping3d/process/mapping3d_adapter.hpp"
 
 using namespace marco;  // NOLINT(google-build-using-namespace): a main has no other names

@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "common/covariance.hpp"
-#include "common/input/process/sensor_feed.hpp"
 #include "lcm_tools/process/status_publisher.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "live/sensor_feed.hpp"
 #include "mapping3d/process/model_messages.hpp"
 #include "marco/map_request_t.hpp"
 

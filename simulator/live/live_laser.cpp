@@ -5,14 +5,14 @@
 #include <stdexcept>
 #include <utility>
 
-#include "drivers/cola/emulator.hpp"
-#include "drivers/hokuyo/emulator.hpp"
-#include "drivers/ldlidar/emulator.hpp"
-#include "drivers/leuze/service_emulator.hpp"
-#include "drivers/rplidar/emulator.hpp"
-#include "drivers/sick/emulator.hpp"
-#include "drivers/ydlidar/emulator.hpp"
 #include "lcm_tools/base/check.hpp"
+#include "simulator/devices/cola/emulator.hpp"
+#include "simulator/devices/hokuyo/emulator.hpp"
+#include "simulator/devices/ldlidar/emulator.hpp"
+#include "simulator/devices/leuze/service_emulator.hpp"
+#include "simulator/devices/rplidar/emulator.hpp"
+#include "simulator/devices/sick/emulator.hpp"
+#include "simulator/devices/ydlidar/emulator.hpp"
 
 namespace marco::sim {
 namespace {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "common/pose3.hpp"
-#include "drivers/laser/laser_world.hpp"
-#include "drivers/transport/emulator.hpp"
+#include "simulator/devices/laser_world.hpp"
+#include "simulator/devices/transport/emulator.hpp"
 #include "simulator/laser_model.hpp"
 #include "simulator/live/faults.hpp"
 #include "simulator/live/robot_spec.hpp"

@@ -4,12 +4,12 @@
 #include <cmath>
 
 #include "common/samples.hpp"
-#include "drivers/bno055/emulator.hpp"
-#include "drivers/create/emulator.hpp"
-#include "drivers/hcs12/base_emulator.hpp"
-#include "drivers/kobuki/emulator.hpp"
-#include "drivers/p2os/emulator.hpp"
-#include "drivers/textbase/emulator.hpp"
+#include "simulator/devices/bno055/emulator.hpp"
+#include "simulator/devices/create/emulator.hpp"
+#include "simulator/devices/hcs12/base_emulator.hpp"
+#include "simulator/devices/kobuki/emulator.hpp"
+#include "simulator/devices/p2os/emulator.hpp"
+#include "simulator/devices/textbase/emulator.hpp"
 #include "simulator/live/faulty_emulator.hpp"
 
 namespace marco::sim {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "common/pose2.hpp"
-#include "drivers/hcs12/pantilt_emulator.hpp"
-#include "drivers/imu/emulator.hpp"
-#include "drivers/transport/emulator.hpp"
 #include "lcm_tools/base/utime.hpp"
+#include "simulator/devices/hcs12/pantilt_emulator.hpp"
+#include "simulator/devices/imu/emulator.hpp"
+#include "simulator/devices/transport/emulator.hpp"
 #include "simulator/live/faults.hpp"
 #include "simulator/live/floor_motion.hpp"
 #include "simulator/live/live_laser.hpp"

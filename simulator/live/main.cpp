@@ -3,7 +3,6 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "drivers/transport/emulator_port.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
@@ -13,6 +12,7 @@
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/sim_fault_t.hpp"
+#include "simulator/devices/transport/emulator_port.hpp"
 #include "simulator/live/live_robot.hpp"
 #include "simulator/tour.hpp"
 #include "simulator/world.hpp"

@@ -2,13 +2,13 @@
 
 #include <chrono>
 
-#include "common/diagnosis/process/live_loop.hpp"
-#include "common/input/process/calibration_file.hpp"
-#include "common/input/process/foreign_bus.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
+#include "live/calibration_file.hpp"
+#include "live/diagnosis/live_loop.hpp"
+#include "live/foreign_bus.hpp"
 #include "marco/process_status_t.hpp"
 #include "slam/process/slam_adapter.hpp"
 

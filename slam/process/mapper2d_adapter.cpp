@@ -3,9 +3,9 @@
 #include <cmath>
 #include <utility>
 
-#include "common/input/process/sensor_feed.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "live/sensor_feed.hpp"
 #include "marco/map_request_t.hpp"
 #include "slam/back_end/loops_in_force.hpp"
 

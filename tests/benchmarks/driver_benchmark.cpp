@@ -10,12 +10,12 @@
 #include "drivers/rplidar/codec.hpp"
 #include "drivers/sick/codec.hpp"
 #include "drivers/sick/driver.hpp"
-#include "drivers/sick/emulator.hpp"
 #include "drivers/transport/clock_filter.hpp"
-#include "drivers/transport/emulator_port.hpp"
-#include "drivers/transport/simulated_line.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcmtypes/convert.hpp"
+#include "simulator/devices/sick/emulator.hpp"
+#include "simulator/devices/transport/emulator_port.hpp"
+#include "simulator/devices/transport/simulated_line.hpp"
 
 namespace marco::drivers {
 namespace {

@@ -21,7 +21,7 @@
 #include "mapping3d/surface/texture_raster.hpp"
 #include "simulator/camera_view.hpp"
 #include "simulator/tour.hpp"
-#include "tools/texture/photograph_list.hpp"
+#include "tools/texture/load_photograph.hpp"
 #include "viewer/image_io.hpp"
 
 namespace marco {

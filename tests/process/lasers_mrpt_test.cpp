@@ -10,12 +10,12 @@
 #include <mutex>
 #include <thread>
 
-#include "drivers/hokuyo/emulator.hpp"
-#include "drivers/laser/laser_world.hpp"
-#include "drivers/rplidar/emulator.hpp"
-#include "drivers/sick/emulator.hpp"
-#include "drivers/transport/emulator_port.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "simulator/devices/hokuyo/emulator.hpp"
+#include "simulator/devices/laser_world.hpp"
+#include "simulator/devices/rplidar/emulator.hpp"
+#include "simulator/devices/sick/emulator.hpp"
+#include "simulator/devices/transport/emulator_port.hpp"
 
 namespace marco::drivers {
 namespace {

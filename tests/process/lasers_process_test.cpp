@@ -16,21 +16,21 @@
 #include <thread>
 #include <utility>
 
-#include "drivers/cola/emulator.hpp"
-#include "drivers/hokuyo/emulator.hpp"
-#include "drivers/ldlidar/emulator.hpp"
-#include "drivers/leuze/emulator.hpp"
-#include "drivers/leuze/service_emulator.hpp"
-#include "drivers/rplidar/emulator.hpp"
-#include "drivers/sick/emulator.hpp"
-#include "drivers/transport/emulator_port.hpp"
 #include "drivers/transport/wall_clock.hpp"
-#include "drivers/ydlidar/emulator.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
 #include "marco/lidar_raw_t.hpp"
 #include "marco/process_status_t.hpp"
+#include "simulator/devices/cola/emulator.hpp"
+#include "simulator/devices/hokuyo/emulator.hpp"
+#include "simulator/devices/ldlidar/emulator.hpp"
+#include "simulator/devices/leuze/emulator.hpp"
+#include "simulator/devices/leuze/service_emulator.hpp"
+#include "simulator/devices/rplidar/emulator.hpp"
+#include "simulator/devices/sick/emulator.hpp"
+#include "simulator/devices/transport/emulator_port.hpp"
+#include "simulator/devices/ydlidar/emulator.hpp"
 
 extern char** environ;
 

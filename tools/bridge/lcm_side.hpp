@@ -2,9 +2,9 @@
 
 #include <string>
 
-#include "common/input/process/foreign_bus.hpp"
 #include "common/pose_estimate.hpp"
 #include "common/trajectory.hpp"
+#include "live/foreign_bus.hpp"
 #include "tools/bridge/marco_side.hpp"
 
 namespace marco::bridge {

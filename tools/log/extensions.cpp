@@ -8,13 +8,13 @@
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
 #include "lcmtypes/channels.hpp"
+#include "recordings/import_recording.hpp"
 #include "recordings/lcm_log_reader.hpp"
 #include "recordings/recording.hpp"
 #include "tools/log/convert.hpp"
 #include "tools/log/describe_recording.hpp"
 #include "tools/log/export_carmen.hpp"
 #include "tools/log/foxglove.hpp"
-#include "tools/log/import_recording.hpp"
 
 namespace marco::logs {
 namespace {

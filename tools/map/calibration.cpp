@@ -6,11 +6,11 @@
 #include <map>
 #include <sstream>
 
-#include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/base/printable.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcmtypes/channels.hpp"
+#include "live/calibration_file.hpp"
 #include "mapping3d/process/mapping3d_adapter.hpp"
 
 namespace marco {

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/config.hpp"
+#include "live/calibration_file.hpp"
 #include "recordings/recording.hpp"
 #include "recordings/recording_folder.hpp"
 #include "slam/process/mapper2d_adapter.hpp"

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "common/input/process/calibration_file.hpp"
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
+#include "live/calibration_file.hpp"
 #include "tools/map/map_options.hpp"
 
 namespace marco {

@@ -17,8 +17,8 @@
 #include "lcm_tools/process/config.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "mapping3d/surface/photograph_list.hpp"
 #include "tools/map/sibling_program.hpp"
-#include "tools/texture/photograph_list.hpp"
 
 namespace marco {
 namespace {

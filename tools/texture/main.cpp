@@ -10,7 +10,7 @@
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "mapping3d/surface/planes.hpp"
-#include "tools/texture/photograph_list.hpp"
+#include "tools/texture/load_photograph.hpp"
 #include "viewer/image_io.hpp"
 
 namespace marco {

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "common/diagnosis/process/silence_watch.hpp"
 #include "lcm_tools/process/drop_counter.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
 #include "lcm_tools/spy/receiver.hpp"
+#include "live/diagnosis/silence_watch.hpp"
 #include "web/health.hpp"
 #include "web/hub.hpp"
 #include "web/process/source.hpp"

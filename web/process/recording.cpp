@@ -8,7 +8,7 @@
 #include "lcm_tools/log/moment.hpp"
 #include "lcm_tools/log/output_file.hpp"
 #include "lcm_tools/procman/process/descriptor.hpp"
-#include "tools/log/import_recording.hpp"
+#include "recordings/import_recording.hpp"
 
 namespace marco::web {
 namespace {

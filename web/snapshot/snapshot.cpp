@@ -12,7 +12,7 @@
 #include "lcm_tools/files/inside_folder.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/config.hpp"
-#include "tools/texture/photograph_list.hpp"
+#include "mapping3d/surface/photograph_list.hpp"
 #include "web/tiles.hpp"
 
 namespace marco::web {

@@ -8,6 +8,7 @@
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/process/stop_signal.hpp"
+#include "mapping3d/surface/photograph_list.hpp"
 #include "slam/process/mapper2d_adapter.hpp"
 #include "tests/experiments/figures/matching_figures.hpp"
 #include "tests/experiments/figures/photograph_figures.hpp"
@@ -15,7 +16,6 @@
 #include "tools/map/map_job.hpp"
 #include "tools/map/map_options.hpp"
 #include "tools/map/photographs.hpp"
-#include "tools/texture/photograph_list.hpp"
 #include "viewer/process/render_command.hpp"
 
 namespace marco {

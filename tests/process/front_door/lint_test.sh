@@ -87,7 +87,7 @@ budget() { printf '%s\n' '# room lines' "$@" >tools/lines.txt; }
 lines_in slam/map/place.cpp 30
 lines_in slam/map/tests/place.cpp 7
 lines_in drivers/sick/driver.cpp 20
-lines_in drivers/sick/emulator.cpp 5
+lines_in simulator/devices/sick/emulator.cpp 5
 lines_in simulator/devices/sick/laser.hpp 4
 lines_in simulator/world.cpp 3
 lines_in lcm_tools/log/log.cpp 11

@@ -11,8 +11,6 @@
 #include <functional>
 
 #include "bot_core/planar_lidar_t.hpp"
-#include "drivers/transport/emulator.hpp"
-#include "drivers/transport/emulator_port.hpp"
 #include "drivers/transport/wall_clock.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/lcm_bus.hpp"
@@ -21,6 +19,8 @@
 #include "lcmtypes/channels.hpp"
 #include "marco/odometry_t.hpp"
 #include "marco/process_status_t.hpp"
+#include "simulator/devices/transport/emulator.hpp"
+#include "simulator/devices/transport/emulator_port.hpp"
 
 namespace marco {
 namespace {

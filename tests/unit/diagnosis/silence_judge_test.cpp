@@ -1,14 +1,14 @@
-#include "common/diagnosis/process/silence_judge.hpp"
+#include "live/diagnosis/silence_judge.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "common/diagnosis/process/silence_watch.hpp"
 #include "lcm_tools/tests/support/encoded.hpp"
 #include "lcmtypes/channels.hpp"
 #include "lcmtypes/convert.hpp"
+#include "live/diagnosis/silence_watch.hpp"
 #include "marco/sensor_info_t.hpp"
 
 namespace marco::diagnosis {

@@ -1,12 +1,12 @@
-#include "common/diagnosis/process/silence_text.hpp"
+#include "live/diagnosis/silence_text.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "bot_core/planar_lidar_t.hpp"
-#include "common/diagnosis/process/silence_watch.hpp"
 #include "lcm_tools/tests/support/encoded.hpp"
 #include "lcmtypes/channels.hpp"
+#include "live/diagnosis/silence_watch.hpp"
 #include "marco/lidar_raw_t.hpp"
 #include "marco/odometry_t.hpp"
 #include "marco/process_status_t.hpp"

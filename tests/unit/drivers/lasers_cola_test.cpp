@@ -4,7 +4,7 @@
 
 #include "common/pose2.hpp"
 #include "drivers/cola/driver.hpp"
-#include "drivers/cola/emulator.hpp"
+#include "simulator/devices/cola/emulator.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
 
 namespace marco::drivers::cola {

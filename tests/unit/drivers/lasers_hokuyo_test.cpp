@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "drivers/hokuyo/driver.hpp"
-#include "drivers/hokuyo/emulator.hpp"
+#include "simulator/devices/hokuyo/emulator.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
 
 namespace marco::drivers::hokuyo {

@@ -5,7 +5,7 @@
 
 #include "common/pose2.hpp"
 #include "drivers/ldlidar/driver.hpp"
-#include "drivers/ldlidar/emulator.hpp"
+#include "simulator/devices/ldlidar/emulator.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
 
 namespace marco::drivers::ldlidar {

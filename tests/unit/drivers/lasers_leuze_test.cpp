@@ -2,9 +2,9 @@
 
 #include "drivers/leuze/connection_per_request.hpp"
 #include "drivers/leuze/driver.hpp"
-#include "drivers/leuze/emulator.hpp"
 #include "drivers/leuze/service_driver.hpp"
-#include "drivers/leuze/service_emulator.hpp"
+#include "simulator/devices/leuze/emulator.hpp"
+#include "simulator/devices/leuze/service_emulator.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
 
 namespace marco::drivers::leuze {

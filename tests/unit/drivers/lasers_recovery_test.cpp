@@ -4,19 +4,19 @@
 #include <cstdlib>
 
 #include "drivers/cola/driver.hpp"
-#include "drivers/cola/emulator.hpp"
 #include "drivers/hokuyo/driver.hpp"
-#include "drivers/hokuyo/emulator.hpp"
 #include "drivers/ldlidar/driver.hpp"
-#include "drivers/ldlidar/emulator.hpp"
 #include "drivers/leuze/driver.hpp"
-#include "drivers/leuze/emulator.hpp"
 #include "drivers/rplidar/driver.hpp"
-#include "drivers/rplidar/emulator.hpp"
 #include "drivers/sick/driver.hpp"
-#include "drivers/sick/emulator.hpp"
 #include "drivers/ydlidar/driver.hpp"
-#include "drivers/ydlidar/emulator.hpp"
+#include "simulator/devices/cola/emulator.hpp"
+#include "simulator/devices/hokuyo/emulator.hpp"
+#include "simulator/devices/ldlidar/emulator.hpp"
+#include "simulator/devices/leuze/emulator.hpp"
+#include "simulator/devices/rplidar/emulator.hpp"
+#include "simulator/devices/sick/emulator.hpp"
+#include "simulator/devices/ydlidar/emulator.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
 
 namespace marco::drivers {

@@ -1,9 +1,9 @@
 #include <gmock/gmock.h>
 
 #include "drivers/rplidar/driver.hpp"
-#include "drivers/rplidar/emulator.hpp"
 #include "drivers/rplidar/ultra_capsule.hpp"
 #include "drivers/rplidar/ultra_dense_capsule.hpp"
+#include "simulator/devices/rplidar/emulator.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
 
 namespace marco::drivers::rplidar {

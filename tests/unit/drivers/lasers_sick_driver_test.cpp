@@ -1,7 +1,7 @@
 #include <gmock/gmock.h>
 
 #include "drivers/sick/driver.hpp"
-#include "drivers/sick/emulator.hpp"
+#include "simulator/devices/sick/emulator.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
 
 namespace marco::drivers::sick {

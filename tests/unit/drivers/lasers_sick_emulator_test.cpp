@@ -1,7 +1,7 @@
 // The emulator as other hosts meet it.
 #include <gmock/gmock.h>
 
-#include "drivers/sick/emulator.hpp"
+#include "simulator/devices/sick/emulator.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
 
 namespace marco::drivers::sick {

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "drivers/laser/laser_driver.hpp"
-#include "drivers/laser/laser_world.hpp"
-#include "drivers/transport/simulated_line.hpp"
+#include "simulator/devices/laser_world.hpp"
+#include "simulator/devices/transport/simulated_line.hpp"
 
 namespace marco::drivers {
 

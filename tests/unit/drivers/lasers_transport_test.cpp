@@ -13,11 +13,11 @@
 #include <thread>
 
 #include "drivers/transport/clock_filter.hpp"
-#include "drivers/transport/emulator_port.hpp"
 #include "drivers/transport/paced_output.hpp"
-#include "drivers/transport/simulated_line.hpp"
 #include "drivers/transport/turn_counter.hpp"
 #include "drivers/transport/wall_clock.hpp"
+#include "simulator/devices/transport/emulator_port.hpp"
+#include "simulator/devices/transport/simulated_line.hpp"
 
 namespace marco::drivers {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "drivers/ydlidar/driver.hpp"
-#include "drivers/ydlidar/emulator.hpp"
+#include "simulator/devices/ydlidar/emulator.hpp"
 #include "tests/unit/drivers/lasers_support.hpp"
 
 namespace marco::drivers::ydlidar {

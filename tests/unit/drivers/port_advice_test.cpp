@@ -7,10 +7,10 @@
 
 #include <cerrno>
 
-#include "drivers/transport/emulator.hpp"
-#include "drivers/transport/emulator_port.hpp"
 #include "drivers/transport/serial_stream.hpp"
 #include "lcm_tools/tests/support/temporary_folder.hpp"
+#include "simulator/devices/transport/emulator.hpp"
+#include "simulator/devices/transport/emulator_port.hpp"
 
 namespace marco::drivers {
 namespace {

@@ -1,5 +1,5 @@
 // Other systems' sensors on the network, heard as Marco's.
-#include "common/input/process/foreign_bus.hpp"
+#include "live/foreign_bus.hpp"
 
 #include <gmock/gmock.h>
 

@@ -7,10 +7,10 @@
 #include "common/regular_scan.hpp"
 #include "lcm_tools/tests/unit/log/tiny_log.hpp"
 #include "lcmtypes/convert.hpp"
+#include "recordings/import_recording.hpp"
 #include "recordings/lcm_log_reader.hpp"
 #include "recordings/recording.hpp"
 #include "tools/log/export_carmen.hpp"
-#include "tools/log/import_recording.hpp"
 
 namespace marco::logs {
 namespace {

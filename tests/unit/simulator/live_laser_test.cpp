@@ -15,11 +15,11 @@
 #include "drivers/leuze/driver.hpp"
 #include "drivers/rplidar/driver.hpp"
 #include "drivers/sick/driver.hpp"
-#include "drivers/transport/simulated_line.hpp"
 #include "drivers/ydlidar/driver.hpp"
 #include "lcmtypes/channels.hpp"
 #include "simulator/batch_simulation.hpp"
 #include "simulator/device_lasers.hpp"
+#include "simulator/devices/transport/simulated_line.hpp"
 
 namespace marco::sim {
 namespace {

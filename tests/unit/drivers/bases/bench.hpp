@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/transport/emulator.hpp"
+#include "simulator/devices/transport/emulator.hpp"
 
 namespace marco::drivers::testing {
 

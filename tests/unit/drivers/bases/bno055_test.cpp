@@ -5,7 +5,7 @@
 #include "bench.hpp"
 #include "common/pose2.hpp"
 #include "drivers/bno055/driver.hpp"
-#include "drivers/bno055/emulator.hpp"
+#include "simulator/devices/bno055/emulator.hpp"
 
 namespace marco::drivers::bno055 {
 namespace {

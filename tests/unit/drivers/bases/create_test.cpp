@@ -6,7 +6,7 @@
 
 #include "driven_base.hpp"
 #include "drivers/create/driver.hpp"
-#include "drivers/create/emulator.hpp"
+#include "simulator/devices/create/emulator.hpp"
 
 namespace marco::drivers::create {
 namespace {

@@ -5,13 +5,13 @@
 
 #include "driven_base.hpp"
 #include "drivers/create/driver.hpp"
-#include "drivers/create/emulator.hpp"
 #include "drivers/kobuki/driver.hpp"
-#include "drivers/kobuki/emulator.hpp"
 #include "drivers/p2os/driver.hpp"
-#include "drivers/p2os/emulator.hpp"
-#include "drivers/textbase/emulator.hpp"
 #include "hcs12_base.hpp"
+#include "simulator/devices/create/emulator.hpp"
+#include "simulator/devices/kobuki/emulator.hpp"
+#include "simulator/devices/p2os/emulator.hpp"
+#include "simulator/devices/textbase/emulator.hpp"
 #include "text_base.hpp"
 
 namespace marco::teleop {

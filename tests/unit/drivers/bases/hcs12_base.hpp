@@ -5,7 +5,7 @@
 
 #include "driven_base.hpp"
 #include "drivers/hcs12/base_driver.hpp"
-#include "drivers/hcs12/base_emulator.hpp"
+#include "simulator/devices/hcs12/base_emulator.hpp"
 
 namespace marco::drivers::testing {
 

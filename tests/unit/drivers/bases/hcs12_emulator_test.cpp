@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "drivers/hcs12/base_emulator.hpp"
-#include "drivers/hcs12/pantilt_emulator.hpp"
+#include "simulator/devices/hcs12/base_emulator.hpp"
+#include "simulator/devices/hcs12/pantilt_emulator.hpp"
 
 namespace marco::drivers::hcs12 {
 namespace {

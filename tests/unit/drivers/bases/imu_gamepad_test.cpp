@@ -9,7 +9,7 @@
 #include "bench.hpp"
 #include "drivers/gamepad/driver.hpp"
 #include "drivers/imu/driver.hpp"
-#include "drivers/imu/emulator.hpp"
+#include "simulator/devices/imu/emulator.hpp"
 
 namespace marco::drivers {
 namespace {

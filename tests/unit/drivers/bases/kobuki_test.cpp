@@ -6,7 +6,7 @@
 
 #include "driven_base.hpp"
 #include "drivers/kobuki/driver.hpp"
-#include "drivers/kobuki/emulator.hpp"
+#include "simulator/devices/kobuki/emulator.hpp"
 
 namespace marco::drivers::kobuki {
 namespace {

@@ -1,6 +1,6 @@
 #include <gmock/gmock.h>
 
-#include "drivers/p2os/emulator.hpp"
+#include "simulator/devices/p2os/emulator.hpp"
 
 namespace marco::drivers::p2os {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "driven_base.hpp"
 #include "drivers/p2os/driver.hpp"
-#include "drivers/p2os/emulator.hpp"
+#include "simulator/devices/p2os/emulator.hpp"
 
 namespace marco::drivers::p2os {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "bench.hpp"
 #include "drivers/hcs12/pantilt_driver.hpp"
-#include "drivers/hcs12/pantilt_emulator.hpp"
+#include "simulator/devices/hcs12/pantilt_emulator.hpp"
 
 namespace marco::drivers::hcs12 {
 namespace {

@@ -7,19 +7,19 @@
 
 #include "bench.hpp"
 #include "drivers/create/driver.hpp"
-#include "drivers/create/emulator.hpp"
 #include "drivers/hcs12/base_driver.hpp"
-#include "drivers/hcs12/base_emulator.hpp"
 #include "drivers/hcs12/pantilt_driver.hpp"
-#include "drivers/hcs12/pantilt_emulator.hpp"
 #include "drivers/imu/driver.hpp"
-#include "drivers/imu/emulator.hpp"
 #include "drivers/kobuki/driver.hpp"
-#include "drivers/kobuki/emulator.hpp"
 #include "drivers/p2os/driver.hpp"
-#include "drivers/p2os/emulator.hpp"
 #include "drivers/textbase/driver.hpp"
-#include "drivers/textbase/emulator.hpp"
+#include "simulator/devices/create/emulator.hpp"
+#include "simulator/devices/hcs12/base_emulator.hpp"
+#include "simulator/devices/hcs12/pantilt_emulator.hpp"
+#include "simulator/devices/imu/emulator.hpp"
+#include "simulator/devices/kobuki/emulator.hpp"
+#include "simulator/devices/p2os/emulator.hpp"
+#include "simulator/devices/textbase/emulator.hpp"
 
 namespace marco::drivers {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "drivers/textbase/emulator.hpp"
+#include "simulator/devices/textbase/emulator.hpp"
 #include "text_base.hpp"
 
 namespace marco::drivers::textbase {

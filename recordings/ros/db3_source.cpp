@@ -1,9 +1,13 @@
 #include "recordings/ros/db3_source.hpp"
 
+#include <fcntl.h>
 #include <sqlite3.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
+#include <optional>
 #include <utility>
 
 #include "lcm_tools/base/check.hpp"
@@ -73,30 +77,50 @@ std::string escaped(const std::string& path) {
   return uri;
 }
 
-// SQLite's files, opened by the path as it is: it would resolve /proc/self/fd/N, which is a file
-// without a name.
-const char* vfs_of_given_paths() {
-  static sqlite3_vfs vfs = [] {
-    sqlite3_vfs copy = *sqlite3_vfs_find(nullptr);
-    copy.zName = "marco-given-paths";
-    copy.xFullPathname = [](sqlite3_vfs*, const char* path, int most, char* full) {
-      return std::snprintf(full, static_cast<std::size_t>(most), "%s", path) < most
-                 ? SQLITE_OK
-                 : SQLITE_CANTOPEN;
-    };
-    return copy;
-  }();
-  static const bool is_registered = sqlite3_vfs_register(&vfs, 0) == SQLITE_OK;
-  return is_registered ? vfs.zName : nullptr;
-}
+// The bytes of a file that has no name, which SQLite does not open: /proc/self/fd/N is a link.
+class MappedFile {
+ public:
+  explicit MappedFile(const std::filesystem::path& path) {
+    const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    struct stat status = {};
+    if (descriptor >= 0 && fstat(descriptor, &status) == 0 && status.st_size > 0) {
+      size_ = static_cast<std::size_t>(status.st_size);
+      data_ = mmap(nullptr, size_, PROT_READ | PROT_WRITE, MAP_PRIVATE, descriptor, 0);
+    }
+    if (descriptor >= 0) close(descriptor);
+    require(data_ != MAP_FAILED, path.string() + ": cannot be mapped into memory");
+  }
+  ~MappedFile() { munmap(data_, size_); }
+  MappedFile(const MappedFile&) = delete;
+  MappedFile& operator=(const MappedFile&) = delete;
 
-Database opened(const std::filesystem::path& path) {
+  unsigned char* data() const { return static_cast<unsigned char*>(data_); }
+  std::size_t size() const { return size_; }
+
+ private:
+  void* data_ = MAP_FAILED;
+  std::size_t size_ = 0;
+};
+
+/// @param bytes  filled for a file without a name, and outlives the database.
+Database opened(const std::filesystem::path& path, std::optional<MappedFile>& bytes) {
   files::require_readable(path);
   sqlite3* raw = nullptr;
-  const std::string uri =
-      "file:" + escaped(std::filesystem::absolute(path).string()) + "?immutable=1";
-  sqlite3_open_v2(uri.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX,
-                  vfs_of_given_paths());
+  const std::string name = std::filesystem::absolute(path).string();
+  if (name.starts_with("/proc/self/fd/")) {
+    bytes.emplace(path);
+    // A write-ahead log would be a file beside it: the version without one.
+    constexpr std::size_t kWriteVersion = 18, kReadVersion = 19;
+    if (bytes->size() > kReadVersion)
+      bytes->data()[kWriteVersion] = bytes->data()[kReadVersion] = 1;
+    const auto size = static_cast<sqlite3_int64>(bytes->size());
+    sqlite3_open_v2(":memory:", &raw, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, nullptr);
+    sqlite3_deserialize(raw, "main", bytes->data(), size, size, SQLITE_DESERIALIZE_READONLY);
+  } else {
+    const std::string uri = "file:" + escaped(name) + "?immutable=1";
+    sqlite3_open_v2(uri.c_str(), &raw, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX,
+                    nullptr);
+  }
   // Else it reads nothing of a file that is cut off.
   sqlite3_exec(raw, "PRAGMA writable_schema=ON", nullptr, nullptr, nullptr);
   return Database(raw);
@@ -115,7 +139,7 @@ bool has_computed_rows(sqlite3* database) {
 class Db3Source : public MessageSource {
  public:
   explicit Db3Source(const std::filesystem::path& path)
-      : path_(path.string()), database_(opened(path)) {
+      : path_(path.string()), database_(opened(path, bytes_)) {
     require(!has_computed_rows(database_.get()),
             path_ + ": its tables are views or formulas, not stored rows");
     require(Rows(database_.get(), "SELECT topic_id, timestamp, data FROM messages").is_valid() &&
@@ -318,6 +342,7 @@ class Db3Source : public MessageSource {
   }
 
   std::string path_;
+  std::optional<MappedFile> bytes_;
   Database database_;
   mutable std::map<int64_t, Topic> topics_;  // nodes: messages point to them
   mutable bool are_counted_ = false;

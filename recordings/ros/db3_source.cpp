@@ -109,7 +109,7 @@ Database opened(const std::filesystem::path& path, std::optional<MappedFile>& by
   const std::string name = std::filesystem::absolute(path).string();
   if (name.starts_with("/proc/self/fd/")) {
     bytes.emplace(path);
-    // A write-ahead log would be a file beside it: the version without one.
+    // A write-ahead log would be another file: the version without one.
     constexpr std::size_t kWriteVersion = 18, kReadVersion = 19;
     if (bytes->size() > kReadVersion)
       bytes->data()[kWriteVersion] = bytes->data()[kReadVersion] = 1;

@@ -69,7 +69,8 @@ TEST_F(HeadCommand, PointsThePanTiltAndSaysWhereItStands) {
   EXPECT_NEAR(orders_[0].pan_rad, deg_to_rad(30.0), 1e-12);
   EXPECT_NEAR(orders_[0].tilt_rad, deg_to_rad(-10.0), 1e-12);
   EXPECT_EQ(head({"120", "0"}), 1);
-  EXPECT_THAT(said(), HasSubstr("it stands at pan 90.0, tilt 0.0 degrees: it cannot reach farther"));
+  EXPECT_THAT(said(),
+              HasSubstr("it stands at pan 90.0, tilt 0.0 degrees: it cannot reach farther"));
 }
 
 TEST_F(HeadCommand, SaysWhenNobodyAnswersAndStopsWhenItIsStopped) {

@@ -89,7 +89,7 @@ class MapJob {
   const Recorded& recorded() const { return recorded_; }
   /// That the map was made with, and what sweeps showed of the robot's own body.
   const SensorCalibration& calibration() const { return calibration_; }
-  /// See MappingSession::mended; nothing of a line SLAM.
+  /// Repairs by the scan SLAM, see MappingSession; nothing of a line SLAM.
   slam::MapEdits mended() const;
   /// What the map's doctor judges; nothing when localizing, for then no map is made.
   std::optional<slam::MapEvidence> evidence() const;

@@ -12,6 +12,7 @@ usage: mutants.py PROJECT [ROOM] [N] [SEED]
 found is kept in build/mutants: after an interruption the same command continues. A survivor is a behaviour that no short
 test guards, or a change that changes nothing. Tests that hang have noticed. Exit code 1: fewer than 88 % were noticed.
 """
+import contextlib
 import os
 import random
 import re
@@ -128,12 +129,13 @@ class Bench:
             self.end_running()
 
     def end_running(self):
+        """Politely first: ninja's compilers are in groups of their own, and only ninja ends them."""
         if self.running:
-            try:
-                os.killpg(self.running.pid, signal.SIGKILL)
-            except ProcessLookupError:
-                pass
-            self.running.wait()
+            for signal_number, patience_s in ((signal.SIGTERM, 5.0), (signal.SIGKILL, None)):
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(self.running.pid, signal_number)
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    self.running.wait(patience_s)
             self.running = None
 
     def cases(self, tests):

@@ -35,6 +35,7 @@ grep -q 'these keep running: base' "$folder/first.log" || fail 'the first run di
 [ ! -e "$MARCO_RUN/slam.checkpoint" ] || fail 'a new run begins with the old map'
 old=$(sed -n 's/.*MARCO_RESUME=\([^ ]*\) .*/\1/p' "$folder/first.log")
 [ "$(cat "$old")" = 'the old map' ] || fail 'the old map is gone, or where it is was not said'
+for _ in $(seq 100); do [ -s "$folder/base.pid" ] && break; sleep 0.05; done  # it runs before it writes
 base=$(cat "$folder/base.pid")
 beats=$(wc -l <"$folder/beats.txt")
 sleep 2
@@ -43,7 +44,7 @@ sleep 2
 # One command of a run is given orders from outside, as the page does.
 order() { "$bin/marco-procman-order" "$@" >>"$folder/orders.log" 2>&1; }
 order restart base || fail 'base was not restarted'
-for _ in $(seq 100); do [ "$(cat "$folder/base.pid")" != "$base" ] && break; sleep 0.05; done  # it runs before it writes
+for _ in $(seq 100); do [ "$(cat "$folder/base.pid")" != "$base" ] && [ -s "$folder/base.pid" ] && break; sleep 0.05; done
 [ "$(cat "$folder/base.pid")" != "$base" ] && ! kill -0 "$base" 2>/dev/null || fail 'base is the same after a restart'
 base=$(cat "$folder/base.pid")
 order start spare || fail 'spare was not started'

@@ -230,6 +230,8 @@ for (const [name, body] of Object.entries(cases)) {
     ++failed;
     console.log(`FAILED  ${name}\n${fault.stack}`);
   }
+  // Pages left open go on drawing.
+  for (const context of browser.browserContexts()) if (context !== browser.defaultBrowserContext()) await context.close();
 }
 await browser.close();
 process.exit(failed === 0 ? 0 : 1);

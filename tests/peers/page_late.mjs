@@ -72,7 +72,7 @@ export const lateCases = (browser, withRobot) => ({
       await until("that it is told late", async () => /late \d+ s/.test(await text(page, "#bar")), 8);
       await until("zero though the key is held", () => robot.velocities.at(-1).v === 0, 8);
       assert.ok(Date.now() - begun > 1000, "not before it is late");
-      await until("why", async () => /Not driven: what you see is \d+ s old/.test(await toasts(page)), 5);
+      await until("why", async () => /Not driven: the picture is \d+ s old/.test(await toasts(page)), 5);
       await page.keyboard.up("KeyW");
       await press(page, "Go to a place");
       await page.mouse.click(800, 560);

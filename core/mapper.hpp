@@ -16,15 +16,17 @@ namespace marco {
 
 /// 2D laser SLAM for a program of your own: scans, odometry and yaw rates in; a pose for each scan,
 /// a map, and a verdict on the map out. The same code as marco-slam and `marco map`, without
-/// messages, files or threads. Needs Eigen only.
+/// messages, files or threads. Needs Eigen only. What differs: if turns show that a laser's beams
+/// come in another order than announced, the scans before are not mapped again.
 ///
 /// Lengths are in metres, angles in radians, counter-clockwise. The robot's frame is the one whose
 /// motion odometry reports (x ahead, y left); the world is the robot's frame at the first scan.
 ///
 /// A pure function of its inputs: the same calls give the same bytes. Not thread-safe. Memory
-/// grows with the area mapped, and by 100 bytes a scan.
+/// grows with the area mapped, and by 100 bytes a scan; by 220 if next_pose() is not called.
 class Mapper {
  public:
+  /// The channel of a pan-tilt's own SensorInfo.
   static constexpr const char* kPanTilt = "PANTILT_STATE";
   struct Options {
     SynchronizerOptions input;
@@ -39,7 +41,7 @@ class Mapper {
   /// is the `channel` of both: "LIDAR", or whatever you call it.
   /// @throws std::invalid_argument beyond 64 lasers.
   void add(const SensorInfo& laser);
-  /// Optional, as often as it comes. A scan waits for odometry at its last beam, but not long.
+  /// Optional. A scan waits for odometry at its last beam, half a second at most.
   void add(const OdometrySample& odometry);
   /// Optional: the yaw rate of a gyroscope.
   void add(const ImuSample& imu);
@@ -57,7 +59,7 @@ class Mapper {
   /// More may follow.
   void finish();
 
-  /// A pose for each scan, by the newest optimization: loop closures move past poses.
+  /// A pose for each scan, after the newest optimization: loop closures move past poses.
   Trajectory path() const { return slam_.trajectory(); }
   /// Occupied, free and unknown cells.
   GridMap map() const { return slam_.grid().to_map(); }

@@ -131,7 +131,7 @@ export const keyCases = (browser, withRobot) => ({
       await until("that the stick drives", async () => {  // again where the page was late, and refused it
         await page.mouse.move(middle[0], middle[1] - 80 - Math.random());
         return robot.velocities.at(-1).v > 0.25;
-      });
+      }, 5);
       await page.keyboard.press("Escape");
       await page.mouse.move(middle[0], middle[1] - 70);
       await until("zero while the stick is still held", () => robot.velocities.at(-1).v === 0, 5);

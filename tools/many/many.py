@@ -56,7 +56,7 @@ EXIT_DONE, EXIT_FAILED, EXIT_USAGE, EXIT_SIGNAL = 0, 1, 2, 128
 MOST_TRIES = 5
 CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL)
 HERE = pathlib.Path(os.path.realpath(__file__)).parent
-TEXT = {"encoding": "utf-8", "errors": "surrogateescape"}  # names of files may be no UTF-8
+TEXT = {"encoding": "utf-8", "errors": "surrogateescape"}  # file names may not be UTF-8
 
 
 class Failure(Exception):

@@ -52,7 +52,7 @@ void DeputyWatch::look_for_missing(const SheriffState& sheriff) {
     if (sheriff.deputies().contains(command.deputy)) continue;
     if (!missing_.insert(command.deputy).second) continue;
     std::string event = "deputy " + command.deputy + " was silent for 3 s (" +
-                        (heard.empty() ? "as was every other" : "heard: " + heard) +
+                        (heard.empty() ? "as was every other" : "active: " + heard) +
                         "). Start it on its host: marco-procman-deputy -i " + command.deputy +
                         " --script FILE";
     if (command.deputy == kLoneDeputyId) event += "; or give this sheriff one with -l";

@@ -15,7 +15,7 @@ TEST(GuardProcesses, ALaserThatDiesStopsTheRobotUntilItIsForgotten) {
     if (small.gap_m() < 2.3) small.laser->signal(SIGKILL);
   });
   EXPECT_GT(small.gap_m(), 1.0);
-  EXPECT_THAT(small.robot.status->note, HasSubstr("LIDAR is silent"));
+  EXPECT_THAT(small.robot.status->note, HasSubstr("LIDAR is silent for "));
   const int64_t id = small.robot.publish(BaseCommand::Kind::move);
   EXPECT_TRUE(small.robot.wait([&] { return small.robot.status->command_id == id; }));
   EXPECT_EQ(small.robot.status->command, BaseStatus::Command::refused) << small.robot.status->note;

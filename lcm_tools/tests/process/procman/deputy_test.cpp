@@ -46,8 +46,8 @@ TEST_F(DeputyTest, EveryLineIsInTheFileAndOnAnIdleNetworkInPmOutput) {
 // The public deputy kills when the next orders come: never, if the sheriff has died.
 TEST_F(DeputyTest, SigkillComesOnTimeWithTheSheriffDead) {
   start_deputy();
-  constexpr double kAllowed = 0.125;             // exact as a float
-  std::vector<double> late_ms, machine_late_ms;  // of a poll() alone: a busy machine is late, too
+  constexpr double kAllowed = 0.125;  // exact as a float
+  std::vector<double> late_ms;
   for (int run = 1; run <= 20; ++run) {
     const CommandSpec spec = {
         "stubborn", "bash -c 'trap \"\" INT; echo on; while :; do sleep 1; done'",
@@ -65,18 +65,11 @@ TEST_F(DeputyTest, SigkillComesOnTimeWithTheSheriffDead) {
     ASSERT_EQ(poll(&death, 1, 5000), 1);
     late_ms.push_back(static_cast<double>(monotonic_us() - ordered_us) * 1e-3 - kAllowed * 1e3);
     ASSERT_TRUE(wait_until([&] { return has_ended("stubborn", run); }));
-    const int64_t begun_us = monotonic_us();
-    poll(nullptr, 0, static_cast<int>(kAllowed * 1e3));
-    machine_late_ms.push_back(static_cast<double>(monotonic_us() - begun_us) * 1e-3 -
-                              kAllowed * 1e3);
   }
   std::sort(late_ms.begin(), late_ms.end());
-  std::sort(machine_late_ms.begin(), machine_late_ms.end());
-  std::printf("SIGKILL late by [ms]: median %.2f, worst %.2f; a poll() by %.2f\n", late_ms[10],
-              late_ms.back(), machine_late_ms[10]);
+  std::printf("SIGKILL late by [ms]: median %.2f, worst %.2f\n", late_ms[10], late_ms.back());
   EXPECT_GE(late_ms.front(), 0.0);
-  // Deputy and bash each wait for a core of their own.
-  EXPECT_LE(late_ms[10], 10.0 + 5.0 * machine_late_ms[10]);
+  EXPECT_LE(late_ms[10], 10.0);
 }
 
 TEST_F(DeputyTest, ARestartTakesOneOrder) {

@@ -7,7 +7,7 @@
 #             container  root with what a container leaves of root's rights, and no namespaces
 #             default: all three, one after the other
 #   --out     for what the commands print, and results.txt (default: out/fresh_machine)
-#   --ccache  a compiler cache that the machines share; without it each builds everything
+#   --ccache  a compiler cache that the machines share (ccache is installed then); without it each builds everything
 #   --busy    a program beside them keeps one core busy
 #   --times   so often the test is run (default 1)
 set -euo pipefail
@@ -109,19 +109,22 @@ as_on() {
 
 # $1 kind, $2 name of the log, then a ./marco command.
 try() {
-  local kind=$1 log="$out/$1_$2.txt" said=0 home=/root begin=$SECONDS
+  local kind=$1 log="$out/$1_$2.txt" said=0 begin=$SECONDS
   shift 2
-  [ "$kind" != user ] || home=/home/user
-  as_on "$kind" sh -c 'cd "$1/marco" && shift && exec "$@"' try $home "$@" >"$log" 2>&1 </dev/null || said=$?
+  as_on "$kind" sh -c 'cd /srv/marco && exec "$@"' try "$@" >"$log" 2>&1 </dev/null || said=$?
   printf '%-9s %-40s exit %d, %d min\n' "$kind" "$*" $said $(((SECONDS - begin + 30) / 60)) | tee -a "$out/results.txt"
   sed -n '/== skipped, and why/,$p' "$log" | tee -a "$out/results.txt"
   if [ $said != 0 ]; then tail -n 40 "$log"; failed=yes; fi
 }
 
+if [ -n "$cache" ]; then
+  clean+=(CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_DIR=/ccache CCACHE_SLOPPINESS=pch_defines,time_macros)
+fi
 failed=no
 for kind in "${kinds[@]:-root}" $([ ${#kinds[@]} -gt 0 ] || echo user container); do
   packages=(git ca-certificates)
   [ "$kind" != user ] || packages+=(sudo)
+  [ -z "$cache" ] || packages+=(ccache)
   make_bare_root "$root" "${packages[@]}"
   echo 'Acquire::http::Proxy "http://127.0.0.1:3142";' >"$root/etc/apt/apt.conf.d/91proxy"
   home=$root/root
@@ -130,14 +133,13 @@ for kind in "${kinds[@]:-root}" $([ ${#kinds[@]} -gt 0 ] || echo user container)
     within useradd -u 1234 -m user
     echo 'user ALL=(ALL) NOPASSWD: ALL' >"$root/etc/sudoers.d/user"
   fi
-  git clone -q --no-hardlinks "$project" "$home/marco"
+  git clone -q --no-hardlinks "$project" "$root/srv/marco"
   if [ -n "$cache" ]; then
-    mkdir -p "$root/ccache" "$home/.config/ccache"
+    mkdir -p "$root/ccache"
     mount --bind "$cache" "$root/ccache"
-    echo 'cache_dir = /ccache' >"$home/.config/ccache/ccache.conf"
     [ "$kind" != user ] || chown -R 1234 "$cache"
   fi
-  [ "$kind" != user ] || chown -R 1234:1234 "$home"
+  [ "$kind" != user ] || chown -R 1234:1234 "$home" "$root/srv/marco"
   try $kind demo_batch ./marco demo --batch
   for ((round = 1; round <= times; ++round)); do try $kind test_$round ./marco test; done
   try $kind demo ./marco demo

@@ -122,12 +122,10 @@ class LiveRobotProcesses : public ::testing::Test {
   }
 
   /// A driver says that it hung, which nothing here makes it do.
-  bool machine_stood_still() const {
-    const auto hung = [this](const char* driver) {
-      return files::read_whole_file(log(driver)).find("this driver hung") != std::string::npos;
-    };
-    return hung("base") || hung("pantilt");
+  bool hung(const char* driver) const {
+    return files::read_whole_file(log(driver)).find("this driver hung") != std::string::npos;
   }
+  bool machine_stood_still() const { return hung("base") || hung("pantilt"); }
 
   std::filesystem::path folder_;
   process::LcmBus bus_{""};
@@ -268,8 +266,10 @@ TEST_P(SmallRobots, Drive) {
     return base_->command_id == command.id && base_->command == BaseStatus::Command::done;
   })) << base_->note;
   wait(0.3, [] { return false; });
-  EXPECT_NEAR(truth_->world_from_robot.x_m, 2.5, 0.2);  // wheels slip by 0.15 m
-  EXPECT_NEAR(odometry_->odom_from_robot.x_m, 0.5, 0.03);
+  // A driver that a busy machine held drives on until its guardian stops it, for half a second.
+  const double held_m = hung("base") ? 0.2 : 0.0;
+  EXPECT_NEAR(truth_->world_from_robot.x_m, 2.5, 0.2 + held_m);  // wheels slip by 0.15 m
+  EXPECT_NEAR(odometry_->odom_from_robot.x_m, 0.5, 0.03 + held_m);
   EXPECT_EQ(base_->battery_v, std::vector<double>{GetParam().battery_v});
   base.send(SIGTERM);
   laser.send(SIGTERM);

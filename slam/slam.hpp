@@ -181,7 +181,10 @@ class Slam {
   void move(const MatchedScan& matched, const Prediction& predicted);
   bool becomes_keyframe(const SlamInput& input, const MatchedScan& matched) const;
   /// Oriented and matched as it is.
-  MatchedScan matched_as_is(DeskewedScan scan, const PosePrior& prior, MotionGuess::Source source);
+  MatchedScan matched_as_is(DeskewedScan scan,
+                            const PosePrior& prior,
+                            MotionGuess::Source source,
+                            ScanMatcher::Search search = ScanMatcher::Search::everywhere);
   /// Matched against the local map, and straightened.
   MatchedScan matched_scan(const SlamInput& input,
                            const PosePrior& prior,

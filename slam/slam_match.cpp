@@ -26,12 +26,13 @@ SlamInput slam_input(const SynchronizedScan& scan, const ScanVelocity& velocity)
 
 MatchedScan Slam::matched_as_is(DeskewedScan scan,
                                 const PosePrior& prior,
-                                MotionGuess::Source source) {
+                                MotionGuess::Source source,
+                                ScanMatcher::Search search) {
   MatchedScan matched{std::move(scan), {}, {prior.map_from_robot}, {}};
   matched.points = orient(matched.scan.hits_in_robot, matched.scan.sensor_in_robot,
                           options_.normals, noise_.sigma_m());
   if (!local_map_.empty()) {
-    matched.match = matcher_.match(matched.points, prior, source, keyframes_, local_map_);
+    matched.match = matcher_.match(matched.points, prior, source, keyframes_, local_map_, search);
   }
   return matched;
 }
@@ -120,7 +121,12 @@ MatchedScan Slam::best_bent(MatchedScan best,
                             MotionGuess::Source source) {
   const double limit_rad_per_s = deg_to_rad(options_.motion.max_turn_rate_deg_per_s);
   for (DeskewedScan& bent : Straightening::bent(predicted, limit_rad_per_s)) {
-    MatchedScan other = straightening.straightened(matched_as_is(std::move(bent), prior, source));
+    // A scan that fits is where it fits, whatever its shape. One that does not was searched
+    // everywhere as it was predicted.
+    const bool fits = best.match.usable && best.match.overlap >= options_.gates.good_overlap;
+    MatchedScan other = straightening.straightened(
+        fits ? straightening.again(best, bent.velocity)
+             : matched_as_is(std::move(bent), prior, source, ScanMatcher::Search::prior_window));
     const double gained = other.match.overlap - best.match.overlap;
     if (other.match.usable && gained > match_gates::kClearlyBetter) best = std::move(other);
     if (best.match.overlap >= options_.gates.sure_overlap) break;

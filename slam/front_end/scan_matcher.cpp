@@ -46,14 +46,15 @@ ScanMatch ScanMatcher::match(const OrientedPoints& points,
                              const PosePrior& prior,
                              MotionGuess::Source source,
                              const KeyframeSet& keyframes,
-                             LocalMap& map) const {
+                             LocalMap& map,
+                             Search search) const {
   if (points.points.cols() < gates_.min_points) return match_few(points, prior, map);
   ScanMatch near = match_near(points, prior, source, map);
   if (near.overlap >= gates_.good_overlap && source == MotionGuess::Source::odometry) return near;
   const LikelihoodPyramid& likelihood = map.likelihood(keyframes);
   ScanMatch wide = match_widely(points, window_of(prior), prior, likelihood, map);
   if (wide.usable && wide.overlap > near.overlap + kClearlyBetter) return wide;
-  if (near.usable) return near;
+  if (near.usable || search == Search::prior_window) return near;
   const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
   const SearchWindow widest{prior.map_from_robot, kWidestM, deg_to_rad(kWidestDeg)};
   ScanMatch alone = match_widely(points, widest, weak, likelihood, map);

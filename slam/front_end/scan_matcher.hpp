@@ -34,13 +34,17 @@ class ScanMatcher {
               const SurfelMatcherOptions& fine,
               const CorrelativeMatcherOptions& coarse);
 
+  enum class Search { prior_window, everywhere };
+
   /// @param keyframes  that the local map is made of
+  /// @param search  prior_window: never by a search that leaves odometry aside
   /// @returns the prediction, not usable, where nothing fits.
   ScanMatch match(const OrientedPoints& points,
                   const PosePrior& prior,
                   MotionGuess::Source source,
                   const KeyframeSet& keyframes,
-                  LocalMap& map) const;
+                  LocalMap& map,
+                  Search search = Search::everywhere) const;
 
   /// Once more, from nearby.
   ScanMatch match_again(const OrientedPoints& points,

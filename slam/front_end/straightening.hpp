@@ -50,6 +50,11 @@ class Straightening {
   /// @returns the scan as it is where straightening does not matter, or its match becomes worse.
   MatchedScan straightened(MatchedScan scan) const;
 
+  /// Deskewed by another velocity and matched again, from the pose at its middle.
+  MatchedScan again(const MatchedScan& scan, const Velocity2& velocity) const {
+    return again(scan, scan.scan.time_of_hit_s, velocity);
+  }
+
   /// The scan as it would be at other turn rates than predicted: in steps that matches can make up
   /// for, the nearest first, up to the robot's limit; nothing of a short scan.
   static std::vector<DeskewedScan> bent(const DeskewedScan& scan, double max_turn_rate_rad_per_s);
@@ -61,7 +66,6 @@ class Straightening {
  private:
   /// That the match shows.
   std::optional<Velocity2> velocity_of(const MatchedScan& scan) const;
-  /// Deskewed and matched again, from the pose at its middle.
   MatchedScan again(const MatchedScan& scan,
                     std::vector<float> time_of_hit_s,
                     const Velocity2& velocity) const;

@@ -38,6 +38,11 @@ bool add(std::map<pid_t, Descriptor>& processes, pid_t pid) {
   return true;
 }
 
+HeartbeatWatch::Usage usage_of(pid_t pid) {
+  const ProcessStat stat = read_process(pid).value_or(ProcessStat{});
+  return {stat.is_runnable, stat.cpu_ticks};
+}
+
 }  // namespace
 
 NotifySocket::~NotifySocket() {
@@ -100,7 +105,7 @@ bool NotifySocket::is_silent(int64_t now_us) {
     watch_.forget(process.first);
     return true;
   });
-  return watch_.step(now_us);
+  return watch_.step(now_us, usage_of);
 }
 
 std::set<pid_t> NotifySocket::survivors() {

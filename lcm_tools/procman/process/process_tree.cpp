@@ -9,18 +9,18 @@
 #include <string>
 
 namespace marco::procman {
-namespace {
 
-bool read_stat(pid_t pid, ProcessStat& stat) {
+std::optional<ProcessStat> read_process(pid_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
   std::string line;
-  if (!std::getline(file, line)) return false;
+  if (!std::getline(file, line)) return std::nullopt;
   // The name is in parentheses and may itself contain any character.
   const std::size_t end_of_name = line.rfind(')');
-  if (end_of_name == std::string::npos) return false;
+  if (end_of_name == std::string::npos) return std::nullopt;
   std::istringstream fields(line.substr(end_of_name + 1));
   std::string state;
   std::string skipped;
+  ProcessStat stat;
   int64_t user = 0;
   int64_t system = 0;
   int64_t rss_pages = 0;
@@ -30,12 +30,11 @@ bool read_stat(pid_t pid, ProcessStat& stat) {
   fields >> user >> system;
   for (int field = 16; field <= 22; ++field) fields >> skipped;
   fields >> stat.vsize_bytes >> rss_pages;
+  stat.is_runnable = state == "R";
   stat.cpu_ticks = user + system;
   stat.rss_bytes = rss_pages * sysconf(_SC_PAGESIZE);
-  return !fields.fail();
+  return fields.fail() ? std::nullopt : std::optional(stat);
 }
-
-}  // namespace
 
 std::map<pid_t, ProcessStat> read_processes() {
   std::map<pid_t, ProcessStat> processes;
@@ -43,8 +42,8 @@ std::map<pid_t, ProcessStat> read_processes() {
   if (folder == nullptr) return processes;
   while (const dirent* entry = readdir(folder)) {
     const pid_t pid = static_cast<pid_t>(std::strtol(entry->d_name, nullptr, 10));
-    ProcessStat stat;
-    if (pid > 0 && read_stat(pid, stat)) processes[pid] = stat;
+    const auto stat = pid > 0 ? read_process(pid) : std::nullopt;
+    if (stat) processes[pid] = *stat;
   }
   closedir(folder);
   return processes;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -13,10 +14,14 @@ namespace marco::procman {
 struct ProcessStat {
   pid_t pid = 0;
   pid_t parent = 0;
-  int64_t cpu_ticks = 0;  ///< user and system
+  bool is_runnable = false;  ///< it runs, or waits for a processor
+  int64_t cpu_ticks = 0;     ///< user and system
   int64_t vsize_bytes = 0;
   int64_t rss_bytes = 0;
 };
+
+/// Nothing where it has ended.
+std::optional<ProcessStat> read_process(pid_t pid);
 
 /// All processes there are now.
 std::map<pid_t, ProcessStat> read_processes();

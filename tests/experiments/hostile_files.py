@@ -10,6 +10,7 @@ BIN holds the programs. Everything is made in the folder, and is at most 2 GB th
 import argparse
 import bz2
 import gzip
+import itertools
 import math
 import os
 import random
@@ -81,6 +82,18 @@ def lcm(path, change):
     with open(path, "wb") as file:
         for i, event in enumerate(events("source.lcm")):
             for number, utime, name, data in change(i, *event):
+                file.write(struct.pack(">Iqqii", 0xEDA1DA01, number, utime, len(name), len(data)) + name + data)
+
+
+def sweeps(path, change):
+    """Fifty seconds of a simulated tour, with twelve sweeps of a tilted laser."""
+    if not os.path.exists("tour.lcm"):
+        root = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+        subprocess.run([os.path.join(arguments.bin, "marco-simulate"), "--world", f"{root}/config/worlds/lab.toml", "--tour",
+                        f"{root}/config/tours/lab.toml", "--seed", "1", "--out", "tour.lcm"], check=True, capture_output=True)
+    with open(path, "wb") as file:
+        for event in itertools.islice(events("tour.lcm"), 9000):
+            for number, utime, name, data in change(*event):
                 file.write(struct.pack(">Iqqii", 0xEDA1DA01, number, utime, len(name), len(data)) + name + data)
 
 
@@ -344,6 +357,8 @@ for value in ("1e30", "1e-38", "nan"):
 case("mount_9m.lcm", lambda path: lcm(path, lambda i, *event: sensor_info(*event, 0, 9, 9, 9)), "plain.lcm")
 case("mount_100km.lcm", lambda path: lcm(path, lambda i, *event: sensor_info(*event, 0, 1e5, 1e5, 0)), "plain.lcm")
 case("mount_nan.lcm", lambda path: lcm(path, lambda i, *event: sensor_info(*event, 0, *[math.nan] * 3)), "plain.lcm")
+case("sweeps.lcm", lambda path: sweeps(path, lambda *event: [event]))
+case("sweeps_9m.lcm", lambda path: sweeps(path, lambda *event: sensor_info(*event, 0, 9, 9, 9)), "sweeps.lcm")
 case("quaternion_0.lcm", lambda path: lcm(path, lambda i, *event: sensor_info(*event, 3, 0, 0, 0, 0)), "plain.lcm")
 case("range_0.lcm", lambda path: lcm(path, lambda i, *event: sensor_info(*event, 12, 0)), "plain.lcm")
 case("stamps_int64.lcm", lambda path: lcm(path, lambda i, *event: lidar(i, *event, lambda i, stamp, *scan: ((2**63 - 1) * (-1)**i, *scan))), "plain.lcm")

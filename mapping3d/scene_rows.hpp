@@ -22,9 +22,9 @@ class ScanPoses {
   void add(const PoseEstimate& pose);
 
   std::size_t size() const { return poses_.size(); }
-  /// nullptr: SLAM has not said.
+  /// @returns nullptr where there is none.
   const Pose2* find(Utime utime) const;
-  /// Whether the pose of this moment is known, and a pose at or after the other.
+  /// Whether there is a pose at `utime`, and one at or after `until`.
   bool reach(Utime utime, Utime until) const;
   /// Between the poses of two scans; beyond the newest as if the robot drove on. Only for a moment
   /// at or after a scan that has a pose.
@@ -45,7 +45,7 @@ class ScanPoses {
   std::set<Utime> moved_at_;  ///< poses, of those, that surely differ from the one before
 };
 
-/// A row and what Mapper3d::add() wants with it.
+/// A row, and the other arguments of Mapper3d::add().
 struct PlacedRow {
   SceneRow row;
   double pan_rad = 0.0, tilt_rad = 0.0;  ///< in the middle of the row
@@ -55,15 +55,15 @@ struct PlacedRow {
 /// Whether a scan can be a row of a scene: its bearings are evenly spaced.
 bool has_even_bearings(const LaserScan& scan);
 
-/// From scans to rows of scenes. A scan waits for its pose, of the same stamp, and for the next
-/// one, which gives the robot's motion meanwhile; the pan-tilt's angles at its first and last beam
-/// place the laser; odometry and SLAM together say which rows were measured from one stop. Depends
-/// on the order of scans and poses and on their stamps alone. Not thread-safe.
+/// Makes scans rows of scenes. A scan waits for its pose, of the same stamp, and for the next one,
+/// which gives the robot's motion during the scan. The pan-tilt's angles at its first and last beam
+/// place the laser. Odometry and SLAM together decide which rows were measured from one stop. The
+/// result depends only on the order of scans and poses and on their stamps. Not thread-safe.
 class SceneRows {
  public:
   using CountDrop = SensorSynchronizer::CountDrop;
 
-  /// @param patience_s  a scan waits for its pose until there is one newer by this
+  /// @param patience_s  a scan waits for its pose until there is a scan newer by this
   /// @param drop  called for each scan that becomes no row, with the cause
   SceneRows(const PanTiltCorrection& correction, double patience_s, CountDrop drop);
 

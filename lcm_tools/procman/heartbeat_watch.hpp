@@ -11,8 +11,8 @@ namespace marco::procman {
 
 /// How long promised heartbeats have been silent, without clock or processes. What the watcher
 /// itself slept over (a busy or suspended machine, a debugger) does not count: however late a step
-/// comes, it counts kStepUs at most. Nor does what a process waits for a processor: it is not hung,
-/// and its successor would wait, too. Times are monotonic microseconds.
+/// comes, it counts kStepUs at most. Nor does the time that a process waits for a processor: it
+/// does not hang, and a new one would wait, too. Times are monotonic microseconds.
 class HeartbeatWatch {
  public:
   static constexpr int64_t kStepUs = 100'000;

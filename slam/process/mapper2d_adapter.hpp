@@ -1,7 +1,10 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/input/sensor_synchronizer.hpp"
@@ -10,11 +13,60 @@
 #include "lcm_tools/process/bus.hpp"
 #include "lcm_tools/process/drop_counter.hpp"
 #include "slam/mapper2d.hpp"
-#include "slam/process/checkpoint_writer.hpp"
+#include "slam/process/background_job.hpp"
 #include "slam/process/slam_order.hpp"
-#include "slam/process/used_scan.hpp"
+#include "slam/slam.hpp"
 
 namespace marco::slam {
+
+/// When a checkpoint is due, and who writes it. Not thread-safe.
+class CheckpointWriter {
+ public:
+  /// @param every_s  of message time. @param drops  counts those that could not be written
+  CheckpointWriter(double every_s, process::DropCounter& drops)
+      : every_s_(every_s), drops_(drops) {}
+
+  /// From here on no scan waits for the disk.
+  void write_in_background() { in_background_ = true; }
+  /// Whether one is due; a clock that steps back far makes it due, too. One that is still being
+  /// written is waited for by not being due.
+  bool is_due(Utime utime);
+  /// Waits for the disk; what follows does, too.
+  void write_in_foreground();
+  /// @param job  writes; throws std::runtime_error when it cannot, on a full disk
+  void write(std::function<void()> job);
+
+ private:
+  double every_s_;
+  process::DropCounter& drops_;
+  std::optional<Utime> saved_;
+  BackgroundJob job_;
+  bool in_background_ = false;
+};
+
+/// The result of a scan, for judging the map afterwards.
+struct UsedScan {
+  int hits = 0;  ///< beams with a return in range
+  bool level = true;
+  bool held_out = false;
+  bool matched = false;
+  /// Of a held-out scan [m], deskewed: keyframes hold the points of what is drawn.
+  Points2 hits_in_robot;
+  Eigen::Vector2d sensor_in_robot = {0, 0};  ///< [m]
+};
+
+/// What is kept of a scan that was processed.
+/// @param matched  whether a match gave it its pose
+inline UsedScan used_scan(SlamInput input, bool matched) {
+  UsedScan used;
+  used.hits = input.scan.beams - input.scan.no_return;
+  used.level = input.level;
+  used.held_out = !input.may_draw;
+  used.matched = matched;
+  if (used.held_out) used.hits_in_robot = std::move(input.scan.hits_in_robot);
+  used.sensor_in_robot = input.scan.sensor_in_robot;
+  return used;
+}
 
 /// Settings common to marco-slam and marco-line-slam.
 struct Mapper2dAdapterOptions {

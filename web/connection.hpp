@@ -3,8 +3,7 @@
 #include "lcm_tools/process/drop_counter.hpp"
 #include "web/access.hpp"
 #include "web/byte_stream.hpp"
-#include "web/connections.hpp"
-#include "web/guess_pace.hpp"
+#include "web/crowd.hpp"
 #include "web/hub.hpp"
 #include "web/site.hpp"
 

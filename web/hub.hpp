@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "lcm_tools/process/drop_counter.hpp"
+#include "web/crowd.hpp"
 #include "web/foxglove/server.hpp"
 #include "web/outbox.hpp"
 #include "web/rate_limit.hpp"
-#include "web/turns.hpp"
 
 namespace marco::web {
 

@@ -17,8 +17,15 @@
 #include "lcm_tools/process/exit_code.hpp"
 #include "lcm_tools/process/state_folder.hpp"
 #include "lcm_tools/procman/process/descriptor.hpp"
-#include "web/process/qr_code.hpp"
 #include "web/process/token_file.hpp"
+
+#if MARCO_HAS_QRENCODE
+#include <langinfo.h>
+#include <qrencode.h>
+
+#include <clocale>
+#include <memory>
+#endif
 
 namespace marco::web {
 namespace {
@@ -82,6 +89,35 @@ std::vector<std::string> hosts(bool with_ipv6) {
                         [](const std::string& host) { return host[0] != '['; });
   return found;
 }
+
+// A text as a QR code for a terminal of UTF-8, dark on white whatever its colours; "" on others,
+// for a text that is too long, and where libqrencode was not there when this was built.
+#if MARCO_HAS_QRENCODE
+std::string qr_code(const std::string& text) {
+  constexpr int kQuiet = 4;  // modules around it, of the standard
+  setlocale(LC_CTYPE, "");
+  if (std::string_view(nl_langinfo(CODESET)) != "UTF-8") return "";
+  const std::unique_ptr<QRcode, void (*)(QRcode*)> code(
+      QRcode_encodeString8bit(text.c_str(), 0, QR_ECLEVEL_L), QRcode_free);
+  if (code == nullptr) return "";
+  const auto is_dark = [&](int x, int y) {
+    const int size = code->width;
+    return x >= 0 && y >= 0 && x < size && y < size && (code->data[y * size + x] & 1) != 0;
+  };
+  std::string drawn;
+  for (int y = -kQuiet; y < code->width + kQuiet; y += 2) {
+    drawn += "\x1b[30;107m";  // black on white
+    for (int x = -kQuiet; x < code->width + kQuiet; ++x) {
+      const bool upper = is_dark(x, y), lower = is_dark(x, y + 1);
+      drawn += upper ? (lower ? "█" : "▀") : (lower ? "▄" : " ");
+    }
+    drawn += "\x1b[0m\n";
+  }
+  return drawn;
+}
+#else
+std::string qr_code(const std::string& /*text*/) { return ""; }
+#endif
 
 }  // namespace
 

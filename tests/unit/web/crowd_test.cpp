@@ -1,9 +1,7 @@
 // Who makes room for whom, and whose turn it is.
-#include <gmock/gmock.h>
+#include "web/crowd.hpp"
 
-#include "web/connections.hpp"
-#include "web/guess_pace.hpp"
-#include "web/turns.hpp"
+#include <gmock/gmock.h>
 
 namespace marco::web {
 namespace {

@@ -6,12 +6,8 @@
 #include "lcm_tools/base/check.hpp"
 #include "plan/curved_faces.hpp"
 #include "plan/free_space.hpp"
-#include "plan/openings.hpp"
-#include "plan/plan_objects.hpp"
-#include "plan/plan_walls.hpp"
-#include "plan/room_outline.hpp"
+#include "plan/plan_steps.hpp"
 #include "plan/room_raster.hpp"
-#include "plan/wall_faces.hpp"
 
 namespace marco::plan {
 namespace {

@@ -1,4 +1,4 @@
-#include "plan/openings.hpp"
+#include "plan/plan_steps.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "plan/plan_objects.hpp"
+#include "plan/plan_steps.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "plan/plan_walls.hpp"
+#include "plan/plan_steps.hpp"
 
 #include <algorithm>
 #include <cmath>

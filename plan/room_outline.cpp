@@ -1,4 +1,4 @@
-#include "plan/room_outline.hpp"
+#include "plan/plan_steps.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "plan/wall_faces.hpp"
+#include "plan/plan_steps.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

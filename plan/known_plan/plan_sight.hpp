@@ -1,9 +1,11 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "plan/floor_plan.hpp"
 #include "plan/known_plan/known_plan.hpp"
+#include "slam/localization/saved_map.hpp"
 #include "slam/map/keyframe.hpp"
 
 namespace marco::plan {
@@ -29,5 +31,8 @@ struct PlanSight {
 /// @throws std::invalid_argument where there is no room to stand.
 /// Cost: about a second for 1000 m2.
 PlanSight look_about(const KnownPlan& plan);
+
+/// A plan as a map to localize in: it is saved, loaded and searched as one that was driven.
+slam::SavedMap map_of_plan(const PlanSight& sight);
 
 }  // namespace marco::plan

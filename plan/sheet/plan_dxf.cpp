@@ -1,4 +1,4 @@
-#include "plan/sheet/plan_dxf.hpp"
+#include "plan/sheet/plan_export.hpp"
 
 #include <array>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "plan/sheet/plan_json.hpp"
+#include "plan/sheet/plan_export.hpp"
 
 #include <cmath>
 #include <nlohmann/json.hpp>

@@ -9,7 +9,9 @@
 namespace marco::plan {
 
 struct SheetWish {
-  int scale = 0;      ///< 1:scale; 0: chosen, see choose_layout()
+  /// 1:scale; 0: 1:100 on up to A2, as a floor plan mostly comes, beyond that the largest of 1:200,
+  /// 1:500, 1:1000 and 1:2000 that A2 takes; on a given paper 1:50, too.
+  int scale = 0;
   std::string paper;  ///< A4 .. A0; "": the smallest that fits
   std::string title;
   std::string source;  ///< what was mapped, and when

@@ -9,10 +9,9 @@
 #include "lcm_tools/process/arguments.hpp"
 #include "lcm_tools/process/progress.hpp"
 #include "plan/known_plan/deviation_sheet.hpp"
-#include "plan/known_plan/plan_map.hpp"
+#include "plan/known_plan/plan_sight.hpp"
 #include "plan/make_plan.hpp"
-#include "plan/sheet/plan_dxf.hpp"
-#include "plan/sheet/plan_json.hpp"
+#include "plan/sheet/plan_export.hpp"
 #include "plan/sheet/plan_sheet.hpp"
 #include "slam/process/map_folder.hpp"
 

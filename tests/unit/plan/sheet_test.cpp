@@ -4,8 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "plan/make_plan.hpp"
-#include "plan/sheet/plan_dxf.hpp"
-#include "plan/sheet/plan_json.hpp"
+#include "plan/sheet/plan_export.hpp"
 #include "plan/sheet/plan_sheet.hpp"
 #include "tests/unit/plan/two_rooms.hpp"
 

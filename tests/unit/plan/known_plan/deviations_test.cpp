@@ -5,7 +5,7 @@
 
 #include "plan/known_plan/deviation_sheet.hpp"
 #include "plan/make_plan.hpp"
-#include "plan/sheet/plan_dxf.hpp"
+#include "plan/sheet/plan_export.hpp"
 #include "plan/sheet/plan_sheet.hpp"
 #include "tests/unit/plan/two_rooms.hpp"
 

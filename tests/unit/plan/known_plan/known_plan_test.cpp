@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "lcm_tools/tests/support/temporary_folder.hpp"
-#include "plan/known_plan/plan_map.hpp"
 #include "plan/known_plan/plan_sight.hpp"
 
 namespace marco::plan {

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "slam/calibration/turn_correlation.hpp"
+#include "slam/calibration/input_check.hpp"
 
 namespace marco::slam {
 

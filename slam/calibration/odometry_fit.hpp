@@ -1,7 +1,7 @@
 #pragma once
 
+#include "slam/calibration/input_check.hpp"
 #include "slam/calibration/refinement.hpp"
-#include "slam/calibration/turn_correlation.hpp"
 
 namespace marco::slam {
 

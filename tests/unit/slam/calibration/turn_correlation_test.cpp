@@ -1,4 +1,4 @@
-#include "slam/calibration/turn_correlation.hpp"
+#include "slam/calibration/input_check.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "common/input/beam_calibration.hpp"
+#include "common/input/sensor_calibration.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "common/files/lines_dxf.hpp"
-#include "common/files/lines_json.hpp"
-#include "common/files/lines_svg.hpp"
+#include "common/files/line_map_files.hpp"
 #include "common/files/tum.hpp"
 #include "lcm_tools/files/result_list.hpp"
 #include "lcm_tools/files/whole_file.hpp"

@@ -3,9 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "common/files/lines_dxf.hpp"
-#include "common/files/lines_json.hpp"
-#include "common/files/lines_svg.hpp"
+#include "common/files/line_map_files.hpp"
 
 namespace marco::files {
 namespace {

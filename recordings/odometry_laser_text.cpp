@@ -1,4 +1,4 @@
-#include "recordings/odometry_laser_text.hpp"
+#include "recordings/text_formats.hpp"
 
 #include "lcm_tools/base/check.hpp"
 #include "recordings/no_return_range.hpp"

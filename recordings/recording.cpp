@@ -10,13 +10,11 @@
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/readable.hpp"
 #include "lcm_tools/process/config.hpp"
-#include "recordings/carmen.hpp"
 #include "recordings/lcm_log_reader.hpp"
-#include "recordings/odometry_laser_text.hpp"
 #include "recordings/recording_folder.hpp"
 #include "recordings/ros/open_messages.hpp"
 #include "recordings/ros/ros_reader.hpp"
-#include "recordings/thesis_files.hpp"
+#include "recordings/text_formats.hpp"
 #include "recordings/tilted_scans.hpp"
 
 namespace marco {

@@ -1,4 +1,4 @@
-#include "recordings/thesis_files.hpp"
+#include "recordings/text_formats.hpp"
 
 #include <algorithm>
 #include <cmath>

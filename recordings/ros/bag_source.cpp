@@ -1,4 +1,4 @@
-#include "recordings/ros/bag_source.hpp"
+#include "recordings/ros/file_sources.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "recordings/ros/db3_source.hpp"
+#include "recordings/ros/file_sources.hpp"
 
 #include <fcntl.h>
 #include <sqlite3.h>

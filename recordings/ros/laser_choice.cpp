@@ -1,4 +1,4 @@
-#include "recordings/ros/laser_choice.hpp"
+#include "recordings/ros/sensor_choice.hpp"
 
 #include <algorithm>
 #include <cctype>

@@ -1,4 +1,4 @@
-#include "recordings/ros/odometry_choice.hpp"
+#include "recordings/ros/sensor_choice.hpp"
 
 #include <tuple>
 

@@ -8,12 +8,10 @@
 #include "lcm_tools/base/check.hpp"
 #include "lcm_tools/files/readable.hpp"
 #include "recordings/looking_through.hpp"
-#include "recordings/ros/bag_source.hpp"
 #include "recordings/ros/byte_stream.hpp"
 #include "recordings/ros/compression.hpp"
-#include "recordings/ros/db3_source.hpp"
+#include "recordings/ros/file_sources.hpp"
 #include "recordings/ros/mcap_records.hpp"
-#include "recordings/ros/mcap_source.hpp"
 #include "recordings/ros/temporary_file.hpp"
 
 namespace marco::ros {

@@ -10,8 +10,7 @@
 
 #include "lcm_tools/base/check.hpp"
 #include "recordings/name_list.hpp"
-#include "recordings/ros/laser_choice.hpp"
-#include "recordings/ros/odometry_choice.hpp"
+#include "recordings/ros/sensor_choice.hpp"
 
 namespace marco::ros {
 namespace {

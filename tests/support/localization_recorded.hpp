@@ -11,7 +11,7 @@
 #include "common/files/relations.hpp"
 #include "common/input/stamp_repair.hpp"
 #include "common/relations_metric.hpp"
-#include "recordings/carmen.hpp"
+#include "recordings/text_formats.hpp"
 #include "tests/support/localization_trials.hpp"
 
 namespace marco::testing {

@@ -38,7 +38,7 @@ void append_time(std::string& line, Utime time, double logger_s) {
   line += format(" %.6f %s %.6f\n", time.seconds(), kHost, logger_s);
 }
 
-// How CARMEN's old laser lines spread their beams (recordings/carmen.hpp).
+// How CARMEN's old laser lines spread their beams (recordings/text_formats.hpp).
 bool lies_as_old_lines_imply(const LaserScan& scan) {
   const std::size_t count = scan.size();
   if (count < 2 || count == 401) return false;

@@ -1,4 +1,4 @@
-#include "recordings/carmen.hpp"
+#include "recordings/text_formats.hpp"
 
 #include <gmock/gmock.h>
 

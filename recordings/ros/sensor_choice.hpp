@@ -13,4 +13,12 @@ std::vector<const SurveyedTopic*> lasers_by_merit(const RosSurvey& survey,
 /// is ignored.
 void add_laser(const RosSurvey& survey, const SurveyedTopic& laser, RosPlan& plan);
 
+/// Which topic, transform or wheels are the odometry of the robot that carries a laser, and which
+/// frame is the robot's.
+/// @throws std::invalid_argument where an option names what there is not.
+void choose_odometry(const RosSurvey& survey,
+                     const RosOptions& options,
+                     const SurveyedTopic& laser,
+                     RosPlan& plan);
+
 }  // namespace marco::ros

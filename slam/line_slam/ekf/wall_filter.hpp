@@ -6,7 +6,6 @@
 
 #include "common/wall.hpp"
 #include "slam/line_slam/ekf/circle_map.hpp"
-#include "slam/line_slam/ekf/corner_points.hpp"
 #include "slam/line_slam/ekf/data_association.hpp"
 #include "slam/line_slam/ekf/wall_map.hpp"
 #include "slam/line_slam/ekf/wall_plan.hpp"

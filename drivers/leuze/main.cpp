@@ -1,5 +1,4 @@
 #include "drivers/laser/laser_process.hpp"
-#include "drivers/leuze/connection_per_request.hpp"
 #include "drivers/leuze/driver.hpp"
 #include "drivers/leuze/service_driver.hpp"
 #include "drivers/transport/wall_clock.hpp"

@@ -1,6 +1,7 @@
 #include "drivers/leuze/service_driver.hpp"
 
 #include <algorithm>
+#include <thread>
 #include <utility>
 
 namespace marco::drivers::leuze {
@@ -11,6 +12,18 @@ constexpr microseconds kReadTimeout{50'000};
 constexpr Duration kServicePatience = Duration::from_us(1'000'000);
 
 }  // namespace
+
+std::size_t ConnectionPerRequest::read(std::span<uint8_t> into, std::chrono::microseconds timeout) {
+  if (connection_) return connection_->read(into, timeout);
+  std::this_thread::sleep_for(timeout);
+  return 0;
+}
+
+void ConnectionPerRequest::write(std::span<const uint8_t> bytes) {
+  connection_.reset();
+  connection_ = connect_();
+  connection_->write(bytes);
+}
 
 LeuzeServiceDriver::LeuzeServiceDriver(ByteStream& stream, const LeuzeOptions& options, Clock clock)
     : stream_(stream), options_(options), clock_(std::move(clock)) {

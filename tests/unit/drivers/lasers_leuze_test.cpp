@@ -1,6 +1,5 @@
 #include <gmock/gmock.h>
 
-#include "drivers/leuze/connection_per_request.hpp"
 #include "drivers/leuze/driver.hpp"
 #include "drivers/leuze/service_driver.hpp"
 #include "simulator/devices/leuze/emulator.hpp"

@@ -3,7 +3,6 @@
 #include <optional>
 #include <string>
 
-#include "drivers/p2os/accessories.hpp"
 #include "drivers/p2os/codec.hpp"
 #include "lcm_tools/base/utime.hpp"
 

@@ -4,9 +4,15 @@
 #include <string>
 
 #include "lcm_tools/base/options.hpp"
-#include "lcm_tools/process/printed.hpp"
 
 namespace marco::process {
+
+/// Which settings of a configuration are printed.
+enum class Printed {
+  all,
+  common,  ///< without the advanced ones that have their default
+  changed  ///< those that differ from their default
+};
 
 namespace detail {
 

@@ -1,4 +1,4 @@
-#include "slam/localization/tracking_state.hpp"
+#include "slam/localization/localizer.hpp"
 
 #include <gtest/gtest.h>
 

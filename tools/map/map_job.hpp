@@ -1,21 +1,44 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "common/grid_map.hpp"
 #include "common/input/sensor_calibration.hpp"
 #include "common/trajectory.hpp"
+#include "common/trajectory_fit.hpp"
 #include "recordings/foreign.hpp"
 #include "recordings/ros/split_recordings.hpp"
+#include "recordings/sample_reader.hpp"
 #include "slam/map/map_edit.hpp"
 #include "slam/mapper2d.hpp"
-#include "tools/map/recorded.hpp"
 #include "tools/map/stage_clock.hpp"
 
 namespace marco {
+
+/// What the recordings of a job contain besides scans.
+struct Recorded {
+  std::vector<files::InputReport> inputs;
+  std::map<std::string, SensorInfo> sensors;  ///< the newest of each channel, corrected mounts
+  RecordedTruth truth;
+  Trajectory odometry;      ///< as recorded, all of it
+  Trajectory gyro_heading;  ///< the gyroscope's rate, integrated: poses that only turn
+
+  void add(const Sample& sample);
+  /// The least bearing of a laser's beams in its first scan; 0 without one.
+  double least_bearing_rad(const std::string& channel) const;
+
+ private:
+  void note_bearings(const LaserScan& scan);
+  void integrate(const ImuSample& sample);
+
+  std::map<std::string, double> least_bearing_rad_;
+};
+
 namespace mapping3d {
 class Mapping3dAdapter;
 }

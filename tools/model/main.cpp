@@ -12,7 +12,7 @@
 #include "tools/map/joined_surface.hpp"
 #include "tools/map/picture_order.hpp"
 #include "tools/map/results.hpp"
-#include "tools/model/model_results.hpp"
+#include "tools/model/cloud_model.hpp"
 #include "tools/model/start_poses.hpp"
 
 namespace marco {

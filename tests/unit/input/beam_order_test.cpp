@@ -210,6 +210,17 @@ TEST(BeamOrderJudge, OfTwoDirectionsThatBothFitWorseNoneIsTaken) {
   }));
 }
 
+TEST(BeamOrderJudge, TheDirectionThatLosesLessThanHalfOfWhatTheOtherDoesIsTaken) {
+  for (const bool forwards : {true, false}) {
+    BeamOrderJudge judge;
+    EXPECT_TRUE(found_at(judge, {}, 100, [=](int i) {
+      const double less = 1.185e-3 * noise(i), more = 1.5e-3;
+      return forwards ? std::vector{1e-3, less, more} : std::vector{1e-3, more, less};
+    }));
+    EXPECT_EQ(judge.present(), forwards ? BeamOrder::forwards : BeamOrder::backwards);
+  }
+}
+
 TEST(BeamOrderJudge, AScanThatFitsPerfectlyTellsNothing) {
   BeamOrderJudge judge;
   EXPECT_FALSE(found_at(judge, kRight, 100, [](int i) {

@@ -62,6 +62,17 @@ TEST(OdometryTrack, APoseBelongsToTheScanWithItsStamp) {
   EXPECT_FALSE(track.own_of(Utime::from_seconds(1.001)));
 }
 
+TEST(OdometryTrack, NothingIsKnownOfWhatWasBeforeARestart) {
+  OdometryTrack track;
+  track.add(sample_at(1.0, {2.0, 0.0, 0.0}));
+  const OdometryTrack::AtScan scan{Utime::from_seconds(1.0), Utime::from_seconds(1.0), 0.2, {}};
+  EXPECT_TRUE(track.at(scan, 0.5));
+  track.clear();
+  EXPECT_FALSE(track.own_of(Utime::from_seconds(1.0)));
+  EXPECT_FALSE(track.at(scan, 0.5));
+  EXPECT_FALSE(track.restarts_at(sample_at(1.1, {9.0, 0.0, 0.0})));
+}
+
 /// A laser of 5 Hz on a robot that moves by `step` from scan to scan, and the odometry that a
 /// logger writes with each scan.
 class Logger {

@@ -44,13 +44,15 @@ TEST(PanTiltTrack, ContinuesAsItMovedForAsLongAsItsReach) {
 }
 
 TEST(PanTiltTrack, AcrossAGapOnlyOneThatStoodIsKnown) {
-  PanTiltTrack moved, panned, stood;
-  for (PanTiltTrack* track : {&moved, &panned, &stood}) track->add(state_at(1.0, 0.2, 0.1));
+  PanTiltTrack moved, panned, crept, stood;
+  for (PanTiltTrack* track : {&moved, &panned, &crept, &stood}) track->add(state_at(1.0, 0.2, 0.1));
   moved.add(state_at(3.0, 0.2, 0.3));
   panned.add(state_at(3.0, 0.4, 0.1));
+  crept.add(state_at(3.0, 0.203, 0.1));
   stood.add(state_at(3.0, 0.201, 0.101));
   EXPECT_FALSE(moved.at(moment(2.0)));
   EXPECT_FALSE(panned.at(moment(2.0)));
+  EXPECT_FALSE(crept.at(moment(2.0)));
   ASSERT_TRUE(stood.at(moment(2.0)));
   EXPECT_NEAR(stood.at(moment(2.0))->tilt_rad, 0.1005, 1e-9);
   EXPECT_EQ(moved.at(moment(3.05))->tilt_rad, 0.3) << "its motion before says nothing";

@@ -61,6 +61,13 @@ TEST(RangeUnits, OfFewReturnsAmongBeamsWithoutOnesMillimetresAreRecognised) {
   }
 }
 
+TEST(RangeUnits, OneReturnInSevenIsEnough) {
+  EXPECT_THAT(said_of([](float range_m, std::mt19937& random) {
+                return random() % 100 < 85 ? 65535.0F : std::round(1e4F * range_m) / 10.0F;
+              }),
+              HasSubstr("millimetres"));
+}
+
 // Two lasers' codes for "no return", which most beams of a hall may have.
 TEST(RangeUnits, CodesAreNoRanges) {
   for (const float code : {8191.0F, 65535.0F}) {

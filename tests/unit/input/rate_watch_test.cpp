@@ -61,6 +61,16 @@ TEST(RateWatch, AClockThatWasSetBackIsNoSecondSenderAndHidesNone) {
   EXPECT_TRUE(is_noticed(rates, 200.0, 20.0));
 }
 
+// A logger that stalls, and catches up.
+TEST(RateWatch, ShortBurstsNowAndThenAreNoSecondSender) {
+  RateWatch rates;
+  double now_s = 0.0;
+  for (int burst = 0; burst < 3; ++burst) {
+    for (int i = 0; i < 100; ++i) EXPECT_FALSE(rates.is_new_sender("LIDAR", at(now_s += 0.1)));
+    for (int i = 0; i < 60; ++i) EXPECT_FALSE(rates.is_new_sender("LIDAR", at(now_s += 0.05)));
+  }
+}
+
 TEST(RateWatch, ChannelsHaveTheirOwnRates) {
   RateWatch rates;
   for (int i = 0; i < 2000; ++i) {

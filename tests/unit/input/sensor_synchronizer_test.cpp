@@ -64,6 +64,22 @@ TEST_F(SensorSynchronizerTest, OdometryThatWasLookedUpByAStalledStampIsLookedUpB
   }
 }
 
+// It is known when the stall is over: it is waited for by two seconds more.
+TEST_F(SensorSynchronizerTest, OdometryThatIsLookedUpIsWaitedForOverAStall) {
+  for (int i = 0; i < 87; ++i) {
+    const int stamped = i % 6 > 2 ? i - i % 6 + 2 : i;
+    const double stamp_s = 0.2 * stamped + 0.001 * (i - stamped);
+    odometry(stamp_s, {0.5 * stamp_s, 0, 0});
+    scan(stamp_s);
+  }
+  ASSERT_TRUE(input_.state().odometry.is_looked_up());
+  take();
+  for (int i = 87; i < 99; ++i) scan(0.2 * i);  // 2.4 s without odometry
+  EXPECT_TRUE(take().empty());
+  for (int i = 99; i < 103; ++i) scan(0.2 * i);
+  EXPECT_FALSE(take().empty());
+}
+
 TEST_F(SensorSynchronizerTest, OdometryThatCameWithAScanIsUsedWhateverItsStamp) {
   std::vector<Pose2> truth;
   Pose2 now;

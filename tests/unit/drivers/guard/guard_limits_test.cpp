@@ -43,6 +43,19 @@ TEST_F(Guard, ALegOfLessThanTwoCentimetresIsNotWorthTheWhile) {
   EXPECT_EQ(move(0.5), Fate::refused);
 }
 
+TEST_F(Guard, APointBehindAWallIsTurnedToAndNoMore) {
+  world_.room(6.0);
+  world_.wall({0.30 + 0.03 + 0.11, -1.0}, {0.30 + 0.03 + 0.11, 1.0});
+  begin_seeing();
+  BaseCommand go = leg(Kind::go_to, 0.0);
+  go.point_m = {1.0, 0.1};
+  bench_->give(go);
+  bench_->run(5.0);
+  EXPECT_EQ(bench_->base().status().command, Fate::shortened) << "a part of it was driven";
+  EXPECT_NEAR(pose().theta_rad, 0.1, 0.01);
+  EXPECT_NEAR(pose().x_m, 0.0, 1e-6);
+}
+
 TEST_F(Guard, ABendAheadBeginsANewHalfMetreAndATurnDoesNot) {
   laser_.view_deg = 180.0;
   world_.room(6.0);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <random>
 
@@ -108,7 +109,7 @@ TEST(BeamOrderJudge, ReversesTimesThatRunBackwards) {
   EXPECT_THAT(Scans(BeamOrder::backwards, kRight, 0.1).show(judge, 100).value_or(""),
               HasSubstr("backwards: reversed"));
   LaserScan scan = four_beams(kRight);
-  judge.look(scan, kTurnPeriodS);
+  EXPECT_THAT(judge.look(scan, kTurnPeriodS).rivals, IsEmpty()) << "that is sure";
   EXPECT_THAT(scan.time_offsets_s, Pointwise(FloatNear(1e-6F), {0.15F, 0.10F, 0.05F, 0.0F}));
 }
 
@@ -124,10 +125,12 @@ TEST(BeamOrderJudge, JudgesOnWhenThePeriodWasTooShortAtFirst) {
 TEST(BeamOrderJudge, LeavesRightTimesAndStopsJudging) {
   for (const double home : {0.0, 0.1}) {
     BeamOrderJudge judge;
-    EXPECT_FALSE(Scans(BeamOrder::forwards, kRight, home).show(judge, 400));
-    LaserScan scan = four_beams(kRight);
+    EXPECT_FALSE(Scans(BeamOrder::forwards, kRight, home).show(judge, home > 0.0 ? 100 : 300));
+    LaserScan scan = four_beams(kRight), without = four_beams({});
     EXPECT_THAT(judge.look(scan, kTurnPeriodS).rivals, IsEmpty());
     EXPECT_EQ(scan.time_offsets_s, kRight);
+    EXPECT_FALSE(judge.look(without, kTurnPeriodS).order) << "one that lost its times";
+    EXPECT_THAT(judge.look(scan, kTurnPeriodS).rivals, IsEmpty());
   }
 }
 
@@ -137,6 +140,9 @@ TEST(BeamOrderJudge, LeavesBeamsThatAreMeasuredAtOnce) {
   LaserScan scan = four_beams({});
   EXPECT_THAT(judge.look(scan, kTurnPeriodS).rivals, IsEmpty());
   EXPECT_THAT(scan.time_offsets_s, IsEmpty());
+  BeamOrderJudge sooner;
+  EXPECT_FALSE(Scans(BeamOrder::at_once, {}, 0.3).show(sooner, 60));
+  EXPECT_THAT(sooner.look(scan, kTurnPeriodS).rivals, IsEmpty());
 }
 
 TEST(BeamOrderJudge, TakesBackWhatItFoundByChance) {
@@ -159,6 +165,80 @@ TEST(BeamOrderJudge, JudgesNoLaserThatSeesOneSideNorAnUnknownPeriod) {
   EXPECT_THAT(judge.look(unknown, 0.0).rivals, IsEmpty());
   EXPECT_THAT(judge.look(unknown, kTurnPeriodS).rivals,
               ElementsAre(BeamOrder::forwards, BeamOrder::backwards));
+}
+
+// In which of so many alike scans another order is found.
+std::optional<int> found_at(BeamOrderJudge& judge,
+                            const std::vector<float>& times_s,
+                            int scans,
+                            const std::function<std::vector<double>(int)>& misfits_m2) {
+  for (int i = 0; i < scans; ++i) {
+    LaserScan scan = four_beams(times_s);
+    if (judge.note(judge.look(scan, kTurnPeriodS), misfits_m2(i))) return i;
+  }
+  return std::nullopt;
+}
+double noise(int i) { return i % 2 == 0 ? 1.01 : 0.99; }
+
+TEST(BeamOrderJudge, TwentyScansThatAgreeAreEnough) {
+  BeamOrderJudge judge;
+  EXPECT_EQ(found_at(judge, kRight, 100,
+                     [](int i) {
+                       return std::vector{3e-3 * noise(i), 1e-3, 2e-3};
+                     }),
+            19);
+  EXPECT_EQ(judge.present(), BeamOrder::backwards);
+}
+
+TEST(BeamOrderJudge, OfARivalThatIsWorseTheOtherIsJudgedOn) {
+  for (const bool backwards : {false, true}) {
+    BeamOrderJudge judge;
+    const auto misfits_m2 = [&](int i) {
+      const double little = 0.9e-3 * (i % 2 == 0 ? 1.35 : 0.74), much = 2e-3 * noise(i);
+      return backwards ? std::vector{1e-3, little, much} : std::vector{1e-3, much, little};
+    };
+    EXPECT_GT(found_at(judge, kRight, 250, misfits_m2).value_or(-1), 20);
+    EXPECT_EQ(judge.present(), backwards ? BeamOrder::backwards : BeamOrder::at_once);
+  }
+}
+
+// Were it measured in the better one's direction, that would have fitted nearly as well.
+TEST(BeamOrderJudge, OfTwoDirectionsThatBothFitWorseNoneIsTaken) {
+  BeamOrderJudge judge;
+  EXPECT_FALSE(found_at(judge, {}, 400, [](int i) {
+    return std::vector{1e-3, 1.35e-3 * noise(i), 1.5e-3};
+  }));
+}
+
+TEST(BeamOrderJudge, TheDirectionThatLosesLessThanHalfOfWhatTheOtherDoesIsTaken) {
+  for (const bool forwards : {true, false}) {
+    BeamOrderJudge judge;
+    EXPECT_TRUE(found_at(judge, {}, 100, [=](int i) {
+      const double less = 1.185e-3 * noise(i), more = 1.5e-3;
+      return forwards ? std::vector{1e-3, less, more} : std::vector{1e-3, more, less};
+    }));
+    EXPECT_EQ(judge.present(), forwards ? BeamOrder::forwards : BeamOrder::backwards);
+  }
+}
+
+TEST(BeamOrderJudge, AScanThatFitsPerfectlyTellsNothing) {
+  BeamOrderJudge judge;
+  EXPECT_FALSE(found_at(judge, kRight, 100, [](int i) {
+    return std::vector{1e-3 * noise(i), 0.0, 2e-3};
+  }));
+  LaserScan scan = four_beams(kRight);
+  EXPECT_THAT(judge.look(scan, kTurnPeriodS).rivals,
+              ElementsAre(BeamOrder::backwards, BeamOrder::at_once));
+}
+
+// Neither stops what is found: it may still be taken back.
+TEST(BeamOrderJudge, ScansWithTimesAmongThoseWithoutAreLeftAsTheyAre) {
+  BeamOrderJudge judge;
+  ASSERT_TRUE(Scans(BeamOrder::forwards, {}, 0.15).show(judge, 100));
+  LaserScan with = four_beams(kRight), without = four_beams({});
+  EXPECT_FALSE(judge.look(with, kTurnPeriodS).order);
+  EXPECT_EQ(with.time_offsets_s, kRight);
+  EXPECT_EQ(judge.look(without, kTurnPeriodS).order, BeamOrder::forwards);
 }
 
 TEST(BeamOrderJudge, IgnoresScansOfAnotherOrderThanThePresent) {

@@ -62,5 +62,34 @@ TEST(BeamTimes, OfALaserThatSeesOneSideStay) {
   EXPECT_TRUE(repair_beam_times(scan, kPeriodS)) << "357 degrees by their bearings";
 }
 
+// Stamped with another beam than the first.
+TEST(BeamTimes, ThatSpanATurnFromAnotherMomentOnStay) {
+  for (const float first_s : {-0.1F, 0.3F}) {
+    LaserScan scan = turn(1.0);
+    for (float& time_s : scan.time_offsets_s) time_s += first_s;
+    const std::vector<float> before = scan.time_offsets_s;
+    EXPECT_FALSE(repair_beam_times(scan, kPeriodS));
+    EXPECT_EQ(scan.time_offsets_s, before);
+    const auto span = span_of_turn(scan, kPeriodS);
+    ASSERT_TRUE(span);
+    EXPECT_EQ(span->first_s, first_s);
+    EXPECT_EQ(span->last_s, before.back());
+  }
+}
+
+TEST(BeamTimes, ThatSpanTwoPeriodsSpanNoTurn) {
+  EXPECT_TRUE(span_of_turn(turn(1.0), kPeriodS));
+  EXPECT_FALSE(span_of_turn(turn(1.0), 0.5 * kPeriodS));
+  EXPECT_FALSE(span_of_turn(turn(3.0), 10.0 * kPeriodS)) << "0.6 s: none turns so slowly";
+  EXPECT_FALSE(span_of_turn(turn(0.05), kPeriodS)) << "10 ms: none turns so fast";
+}
+
+TEST(BeamTimes, LasersTurnThreeToFiftyTimesASecond) {
+  EXPECT_FALSE(is_turn_period(0.015));
+  EXPECT_TRUE(is_turn_period(0.025));
+  EXPECT_TRUE(is_turn_period(0.3));
+  EXPECT_FALSE(is_turn_period(0.4));
+}
+
 }  // namespace
 }  // namespace marco

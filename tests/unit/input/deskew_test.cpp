@@ -22,6 +22,45 @@ TEST(Velocity2, FollowsTheArcOfManySmallSteps) {
   EXPECT_THAT((Velocity2{1.0, 0.5, 0.0}.after(2.0)), IsNear(Pose2{2.0, 1.0, 0.0}, 1e-12, 0.0));
 }
 
+TEST(Velocity2, IsThatOfTheMotionItLeadsTo) {
+  for (const double yaw_rad_per_s : {0.0, 0.7, -2.0}) {
+    const Velocity2 velocity{1.0, -0.3, yaw_rad_per_s};
+    const Velocity2 found = velocity_of(velocity.after(0.02), 0.02);
+    // The chord is shorter than its arc by a part of turn squared / 24.
+    EXPECT_NEAR(found.ahead_m_per_s, 1.0, 1e-4);
+    EXPECT_NEAR(found.left_m_per_s, -0.3, 1e-4);
+    EXPECT_NEAR(found.yaw_rad_per_s, yaw_rad_per_s, 1e-9);
+  }
+}
+
+// Equal steps are rotated, listed bearings are not.
+TEST(PrepareScan, BeamsLieWhereTheirBearingsAre) {
+  LaserScan even, listed;
+  even.ranges_m.assign(300, 2.0F);
+  listed.ranges_m = even.ranges_m;
+  even.first_bearing_rad = -1.0;
+  even.bearing_step_rad = 0.01;
+  for (int i = 0; i < 300; ++i) {
+    listed.bearings_rad.push_back(static_cast<float>(0.001 * i + 1e-5 * i * i));
+  }
+  even.utime = Utime::from_seconds(7.0);
+  const DeskewedScan of_even = deskew_and_project(even, {}, Pose3::Identity(), {});
+  const DeskewedScan of_listed =
+      deskew_and_project(listed, {}, make_pose3({0, 0, 0}, 0, 0, 0.4), {});
+  EXPECT_EQ(of_even.utime, even.utime);
+  EXPECT_NEAR(of_listed.sensor_heading_rad, 0.4, 1e-12);
+  ASSERT_EQ(of_even.hits_in_robot.cols(), 300);
+  ASSERT_EQ(of_listed.beam_of_hit.size(), 300U);
+  for (int i = 0; i < 300; ++i) {
+    const double bearing_rad = -1.0 + 0.01 * i, other_rad = 0.4 + 0.001 * i + 1e-5 * i * i;
+    const Eigen::Vector2d ray(std::cos(bearing_rad), std::sin(bearing_rad));
+    const Eigen::Vector2d other(std::cos(other_rad), std::sin(other_rad));
+    EXPECT_LT((of_even.hits_in_robot.col(i) - 2.0 * ray).norm(), 1e-9) << i;
+    EXPECT_LT((of_listed.hits_in_robot.col(i) - 2.0 * other).norm(), 1e-6) << i;
+    EXPECT_EQ(of_listed.beam_of_hit[static_cast<std::size_t>(i)], i);
+  }
+}
+
 TEST(PrepareScan, KeepsReturnsWithinLimitsOnly) {
   LaserScan scan;
   const float nan = std::numeric_limits<float>::quiet_NaN();

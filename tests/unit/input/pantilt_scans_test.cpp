@@ -95,5 +95,64 @@ TEST_F(PanTiltScansTest, OnASilentPanTiltTheLaserIsWhereItIsAtAnglesOfZero) {
   EXPECT_NEAR(scans[0].robot_from_sensor.translation().x(), 0.5, 1e-12);
 }
 
+TEST_F(PanTiltScansTest, AFallenSilentPanTiltIsWaitedForNoLongerThanThePatience) {
+  announce(channels::kLidar, SensorInfo::Mount::pantilt, 0.3);
+  announce(channels::kPanTiltState);
+  pantilt(0.0, 0.1, 0.0);
+  pantilt(0.1, 0.2, 0.0);
+  scan(0.1);
+  EXPECT_TRUE(take().empty());
+  scan(0.35);  // its last beam is more than the patience later, and those before it go first
+  EXPECT_TRUE(take().empty());
+  scan(0.7);
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), 3U);
+  EXPECT_FALSE(scans[0].angles_known) << "those of its last beam";
+  EXPECT_NEAR(scans[0].first_angles.pan_rad, 0.2, 1e-9);
+  EXPECT_NEAR(scans[0].last_angles.pan_rad, 0.2, 1e-9);
+  EXPECT_NEAR(scans[2].first_angles.pan_rad, 0.2, 1e-9) << "it stands where it was";
+}
+
+TEST_F(PanTiltScansTest, WithAFixedLaserOneOnASilentPanTiltIsNotMatched) {
+  announce(channels::kLidar, SensorInfo::Mount::pantilt);
+  announce(channels::kPanTiltState);
+  announce("LIDAR_FRONT");
+  scan(0.0, "LIDAR_FRONT");
+  for (const double seconds : {0.05, 0.35, 0.65}) scan(seconds);
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), 4U);
+  EXPECT_TRUE(scans[0].level);
+  EXPECT_FALSE(scans[1].level);
+}
+
+TEST_F(PanTiltScansTest, WithoutThePanTiltsOwnPlaceItsAnglesTellNothing) {
+  announce(channels::kLidar, SensorInfo::Mount::pantilt);
+  pantilt(0.0, 0.2, 0.3);
+  scan(0.05);
+  pantilt(0.1, 0.2, 0.3);
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_FALSE(scans[0].angles_known);
+  EXPECT_TRUE(scans[0].robot_from_sensor.isApprox(Pose3::Identity()));
+}
+
+TEST_F(PanTiltScansTest, LateStampsOfThePanTiltAreCorrected) {
+  SynchronizerOptions options;
+  options.pantilt_late_s = 0.1;
+  input_ = SensorSynchronizer(options, {channels::kPanTiltState, &channels::lidar_of}, {});
+  announce(channels::kLidar, SensorInfo::Mount::pantilt);
+  announce(channels::kPanTiltState);
+  for (int i = 0; i <= 10; ++i) pantilt(0.1 * i, 0.1 * i, 0.0);  // 1 rad/s
+  scan(0.5);
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_NEAR(scans[0].first_angles.pan_rad, 0.6, 1e-6);
+}
+
+TEST_F(PanTiltScansTest, AStampOfThePanTiltThatStepsBackIsCounted) {
+  for (const double seconds : {0.0, 0.1, 0.05}) pantilt(seconds, 0.0, 0.0);
+  EXPECT_EQ(drops_, (std::map<std::string, int>{{"pan-tilt stamp steps back", 1}}));
+}
+
 }  // namespace
 }  // namespace marco

@@ -55,7 +55,9 @@ TEST(OdometryCorrector, ScalesATrackStepByStep) {
   Pose2 at{5.0, 6.0, 0.3}, twice = at;
   for (int i = 0; i < 50; ++i) {
     const OdometrySample found =
-        corrector.corrected({Utime::from_seconds(100 + 0.1 * i), at}, calibration);
+        corrector.corrected({Utime::from_seconds(100 + 0.1 * i), at, 0.5, 1.0}, calibration);
+    EXPECT_NEAR(found.velocity_m_per_s, 1.0, 1e-12);
+    EXPECT_NEAR(found.yaw_rate_rad_per_s, 2.0, 1e-12);
     EXPECT_EQ(found.utime, Utime::from_seconds(99.75 + 0.1 * i));
     EXPECT_THAT(found.odom_from_robot, IsNear(twice, 1e-9, 1e-9));
     at = at * ArcMotion{0.05, 0.01, 0.1}.moved();

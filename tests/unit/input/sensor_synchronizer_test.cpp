@@ -58,7 +58,26 @@ TEST_F(SensorSynchronizerTest, OdometryThatWasLookedUpByAStalledStampIsLookedUpB
     const Pose2 step =
         between(*scans[i - 1].motion.odom_from_robot, *scans[i].motion.odom_from_robot);
     EXPECT_THAT(step, IsNear(Pose2{0.1, 0, 0}, 0.035, 1e-6)) << i;
+    EXPECT_NEAR(scans[i].motion.scan_period_s, 0.2, 0.01) << i;
+    EXPECT_NEAR(scans[i].motion.utime.seconds(), 0.2 * static_cast<double>(i), 0.07) << i;
+    EXPECT_EQ(scans[i].motion.off_beat > 0.5, i % 6 > 2 || i % 6 == 0) << i;
   }
+}
+
+// It is known when the stall is over: it is waited for by two seconds more.
+TEST_F(SensorSynchronizerTest, OdometryThatIsLookedUpIsWaitedForOverAStall) {
+  for (int i = 0; i < 87; ++i) {
+    const int stamped = i % 6 > 2 ? i - i % 6 + 2 : i;
+    const double stamp_s = 0.2 * stamped + 0.001 * (i - stamped);
+    odometry(stamp_s, {0.5 * stamp_s, 0, 0});
+    scan(stamp_s);
+  }
+  ASSERT_TRUE(input_.state().odometry.is_looked_up());
+  take();
+  for (int i = 87; i < 99; ++i) scan(0.2 * i);  // 2.4 s without odometry
+  EXPECT_TRUE(take().empty());
+  for (int i = 99; i < 103; ++i) scan(0.2 * i);
+  EXPECT_FALSE(take().empty());
 }
 
 TEST_F(SensorSynchronizerTest, OdometryThatCameWithAScanIsUsedWhateverItsStamp) {
@@ -135,10 +154,13 @@ TEST_F(SensorSynchronizerTest, OverAGapTheGyroTurnsNothing) {
   const PoseBuffer& heading = input_.state().gyro_heading;
   for (int i = 0; i <= 10; ++i) rate(0.1 * i);
   EXPECT_NEAR(heading.newest_pose().theta_rad, 0.5, 1e-9);
-  rate(3.0);
+  rate(1.7);
   EXPECT_EQ(drops_["imu: gap in time"], 1);
   EXPECT_EQ(heading.samples().size(), 1U);
-  rate(3.1);
+  rate(1.8);
+  EXPECT_NEAR(heading.newest_pose().theta_rad, 0.55, 1e-9);
+  rate(1.7);
+  EXPECT_EQ(drops_["imu: gap in time"], 2) << "nor where the stamp steps back";
   EXPECT_NEAR(heading.newest_pose().theta_rad, 0.55, 1e-9);
 }
 
@@ -226,8 +248,46 @@ TEST_F(SensorSynchronizerTest, ReturnsOfTheFloorAreNone) {
 TEST_F(SensorSynchronizerTest, NoMoreThanTwoHundredScansWait) {
   odometry(0.0, {});
   for (int i = 0; i < 1000; ++i) scan(1e-5 * i);
-  EXPECT_LE(input_.state().waiting.size(), 200U);
-  EXPECT_GE(take().size(), 800U);
+  EXPECT_EQ(input_.state().waiting.size(), 200U);
+  EXPECT_EQ(take().size(), 800U);
+}
+
+TEST_F(SensorSynchronizerTest, OdometryInMillimetresIsNotUsedOnceThatIsKnown) {
+  for (int i = 0; i < 40; ++i) odometry(0.1 * i, {30.0 * i, 0, 0});  // 0.3 m/s
+  ASSERT_TRUE(input_.odometry_fault());
+  EXPECT_EQ(drops_[*input_.odometry_fault()], 20);
+  scan(3.9);
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_FALSE(scans[0].motion.odom_from_robot);
+}
+
+TEST_F(SensorSynchronizerTest, ANewSessionKnowsNothingOfTheOneBefore) {
+  odometry(0.0, {});
+  odometry(0.1, {0.1, 0, 0});
+  scan(0.15);
+  input_.start_session();
+  EXPECT_EQ(take().size(), 1U) << "what waited belongs to the one before";
+  EXPECT_TRUE(input_.sensors().empty());
+  announce(channels::kLidar);
+  scan(0.2);
+  const auto scans = take();
+  ASSERT_EQ(scans.size(), 1U);
+  EXPECT_FALSE(scans[0].motion.odom_from_robot);
+}
+
+// Damaged messages must not stretch a scan without end.
+TEST(DurationOf, AScanIsThatOfItsLastBeamUpToTenSeconds) {
+  SensorInfo info;
+  info.scan_duration_s = 0.1;
+  LaserScan scan;
+  EXPECT_EQ(duration_of(scan, info), 0.1);
+  scan.time_offsets_s = {0.25F, 0.0F};
+  EXPECT_EQ(duration_of(scan, info), 0.25);
+  scan.time_offsets_s = {0.0F, 1e9F};
+  EXPECT_EQ(duration_of(scan, info), 10.0);
+  scan.time_offsets_s = {-1.0F, -2.0F};
+  EXPECT_EQ(duration_of(scan, info), 0.0);
 }
 
 }  // namespace

@@ -35,8 +35,56 @@ TEST(StampRepair, StampsOfAStalledLoggerLieOnTheirBeat) {
     // While the period is being learnt it may be too short.
     if (i > 12) {
       EXPECT_NEAR(lies_s, 0.2 * i, 0.06) << i;
+      EXPECT_NEAR(stamps.period_s(), 0.2, 0.001) << i;
     }
   }
+}
+
+// What is within 0.15 periods, and 5 ms, no laser can do; but where scans are missing, one may come
+// soon after another.
+TEST(StampRepair, OnlyStampsNearlyAlikeAreThoseOfAStalledLogger) {
+  const auto repaired_after = [](double period_s, double step_s) {
+    StampRepair stamps;
+    for (int i = 0; i <= 20; ++i) repaired_s(stamps, period_s * i);
+    return repaired_s(stamps, 20 * period_s + step_s) - 20 * period_s;
+  };
+  EXPECT_NEAR(repaired_after(0.2, 0.004), 0.2, 0.001);
+  EXPECT_NEAR(repaired_after(0.2, 0.008), 0.008, 1e-6);
+  EXPECT_NEAR(repaired_after(0.02, 0.002), 0.02, 0.001);
+  EXPECT_NEAR(repaired_after(0.02, 0.004), 0.004, 1e-6);
+}
+
+TEST(StampRepair, AfterEightRepairedScansTheStampsAreBelieved) {
+  StampRepair stamps;
+  for (int i = 0; i <= 20; ++i) repaired_s(stamps, 0.1 * i);
+  for (int i = 1; i <= 8; ++i) EXPECT_NEAR(repaired_s(stamps, 2.0 + 1e-4 * i), 2.0 + 0.1 * i, 0.01);
+  EXPECT_NEAR(repaired_s(stamps, 2.0 + 9e-4), 2.0 + 9e-4, 1e-6);
+}
+
+// That is what odometry which was looked up by the stamps is off.
+TEST(StampRepair, AStampLeavesItsBeatByAsMuchMoreAsTheOneBefore) {
+  StampRepair stamps;
+  for (int i = 0; i <= 20; ++i) {
+    repaired_s(stamps, 0.2 * i);
+    EXPECT_NEAR(stamps.off_beat(), 0.0, 1e-6);
+  }
+  for (int i = 1; i <= 2; ++i) {
+    repaired_s(stamps, 4.0 + 0.001 * i);
+    EXPECT_NEAR(stamps.off_beat(), 1.0, 0.01) << i;
+  }
+  repaired_s(stamps, 4.6);
+  EXPECT_NEAR(stamps.off_beat(), 2.0, 0.02) << "it came back";
+  repaired_s(stamps, 4.8);
+  EXPECT_NEAR(stamps.off_beat(), 0.0, 0.01);
+  repaired_s(stamps, -100.0);
+  EXPECT_NEAR(stamps.off_beat(), 10.0, 0.01) << "the clock was set: no further";
+}
+
+TEST(StampRepair, ThePeriodFollowsALaserThatTurnsFaster) {
+  StampRepair stamps;
+  for (int i = 0; i < 20; ++i) repaired_s(stamps, 0.2 * i);
+  for (int i = 0; i < 40; ++i) repaired_s(stamps, 4.0 + 0.15 * i);
+  EXPECT_NEAR(stamps.period_s(), 0.15, 0.001);
 }
 
 TEST(StampRepair, AStampThatStepsBackASecondIsRepaired) {
@@ -62,11 +110,13 @@ TEST(StampRepair, AGapIsBelieved) {
   for (int i = 0; i < 20; ++i) repaired_s(stamps, 0.1 * i);
   EXPECT_NEAR(repaired_s(stamps, 7.0), 7.0, 1e-6);
   EXPECT_NEAR(repaired_s(stamps, 7.1), 7.1, 1e-6);
+  EXPECT_NEAR(stamps.period_s(), 0.1, 0.004) << "one gap is no other period";
 }
 
 TEST(StampRepair, AClockThatWasSetBackIsBelievedAtOnceOrAfterTwoPeriods) {
   StampRepair stamps;
   for (int i = 0; i < 20; ++i) repaired_s(stamps, 100.0 + 0.1 * i);
+  EXPECT_NEAR(repaired_s(stamps, 100.4), 100.4, 1e-6) << "by 16 periods: no stall lasts so long";
   EXPECT_NEAR(repaired_s(stamps, 5.0), 5.0, 1e-6);
   for (int i = 0; i < 20; ++i) repaired_s(stamps, 5.1 + 0.1 * i);
   // By less than a stall may last: 7.1 comes next, 6.7 is stamped.

@@ -86,9 +86,13 @@ void BaseDriver::set_link(BaseStatus::Link link, const std::string& note, Utime 
 }
 
 void BaseDriver::command(const BaseCommand& command, Utime now) {
-  if (const std::string why = gate_.why_refused(command, now); !why.empty()) {
-    return answer(command, Fate::refused, why, now);
+  std::string why = gate_.why_refused(command, now);
+  const bool drives = command.kind != Kind::forget_sensors && command.kind != Kind::set_speed;
+  // Without a device orders are read once a second: that they are old says nothing.
+  if (drives && status_.link != BaseStatus::Link::up && (why.empty() || !gate_.stopped())) {
+    why = "the base does not answer";
   }
+  if (!why.empty()) return answer(command, Fate::refused, why, now);
   if (command.kind == Kind::forget_sensors) {
     const std::string names = guard_.forget_sensors();
     return answer(command, Fate::done, "forgot " + (names.empty() ? "no sensor" : names), now);
@@ -106,11 +110,8 @@ void BaseDriver::command(const BaseCommand& command, Utime now) {
     finish(Fate::done, "", now);
     return;
   }
-  if (status_.link != BaseStatus::Link::up) {
-    return answer(command, Fate::refused, "the base does not answer", now);
-  }
-  if (const std::string why = why_held(command, now); !why.empty()) {
-    return answer(command, Fate::refused, why, now);
+  if (const std::string held = why_held(command, now); !held.empty()) {
+    return answer(command, Fate::refused, held, now);
   }
   order_.newest_came = now;
   if (mode_ == Mode::idle) {

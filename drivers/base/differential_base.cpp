@@ -47,9 +47,9 @@ bool DifferentialBase::ask_is_due(double every_s, Utime now) {
 }
 
 void DifferentialBase::advance(Utime now, std::vector<uint8_t>& out) {
+  if (connected_) keep_link(now, out);
+  advance_motion(now);  // publishes the status without a line, too
   if (!connected_) return;
-  keep_link(now, out);
-  advance_motion(now);
   const bool at_rest = velocity_.speed == 0.0 && rate_.speed == 0.0 && still_ >= kStill;
   if (stopping_ && at_rest) {
     stopping_ = false;

@@ -149,7 +149,11 @@ TEST_F(BaseDriverProcess, WithoutADeviceRefusesOrdersAndDrivesNoneOfThemLater) {
   start();
   ASSERT_TRUE(run_until([&] { return counts_[channels::kProcessStatus] > 0; }));
   EXPECT_TRUE(obeyed(Kind::move, 0.3, Fate::refused));
+  EXPECT_THAT(status_.note, StartsWith("the base does not answer"));
   EXPECT_EQ(status_.link, BaseStatus::Link::down);
+  const int before = counts_[channels::kBaseStatus];
+  EXPECT_TRUE(run_until([&] { return counts_[channels::kBaseStatus] > before + 2; }))
+      << "it is published although nothing is ordered";
   EXPECT_EQ(status_.base, "kobuki");
   // What was ordered before the device was there is not driven.
   plug_in();

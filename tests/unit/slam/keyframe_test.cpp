@@ -78,7 +78,10 @@ TEST(Keyframes, TheirTrajectoryIsThatOfTheirScans) {
 
 TEST(Keyframes, ImpossibleOnesAreRefusedAndSaidSo) {
   const auto said = [](const auto& spoil) {
-    KeyframeSet set{{key_at({}), key_at({-1e5, 1e5, 0})}, 7};
+    KeyframeSet set{{key_at({}), key_at({-1e6, 1e6, 0})}, 0};  // 1000 km, and just that
+    set.keys[1].sensor_in_robot = {1e6, -1e6};
+    set.keys[1].points_in_robot.points(1, 0) = -1e6;
+    set.keys[1].path_m = 1e9;
     spoil(set);
     return complaint([&] { check(set); });
   };

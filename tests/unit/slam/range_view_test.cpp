@@ -80,14 +80,16 @@ TEST(PlaceView, JoinsWhatItsKeyframesSaw) {
   EXPECT_EQ(both.sees(points, from), (std::vector<bool>{true, true, false}));
 }
 
-// A laser that looks all around, at what stands at these ranges: a beam each `step_deg`, from half
-// a step past its right side on.
-Keyframe all_around(double step_deg, const std::function<double(double bearing_deg)>& range_m) {
+// A laser that looks all around, at what stands at these ranges: a beam each `step_deg`, from
+// `begin` steps past its right side on.
+Keyframe all_around(double step_deg,
+                    const std::function<double(double bearing_deg)>& range_m,
+                    double begin = 0.5) {
   const auto beams = static_cast<Eigen::Index>(std::lround(360.0 / step_deg));
   Points2 hits(2, beams);
   for (Eigen::Index beam = 0; beam < beams; ++beam) {
     const double bearing_rad =
-        normalize_angle(deg_to_rad(-90.0 + (static_cast<double>(beam) + 0.5) * step_deg));
+        normalize_angle(deg_to_rad(-90.0 + (static_cast<double>(beam) + begin) * step_deg));
     hits.col(beam) = range_m(rad_to_deg(bearing_rad)) *
                      Eigen::Vector2d(std::cos(bearing_rad), std::sin(bearing_rad));
   }
@@ -108,8 +110,13 @@ Eigen::Vector2d ahead(double bearing_deg, double range_m) {
 
 TEST(RangeView, BetweenNeighbouringBeamsItIsFreeAsFarAsTheNearerReachesAllAroundTheCircle) {
   const auto range_m = [](double bearing_deg) { return bearing_deg > 0.0 ? 6.0 : 4.0; };
-  const Keyframe key = all_around(2.0, range_m), clockwise = reversed(key);
-  for (const RangeView& view : {RangeView(key), RangeView(clockwise)}) {
+  std::vector<Keyframe> keys;
+  for (const double begin : {0.1, 0.5, 0.9}) {
+    keys.push_back(all_around(2.0, range_m, begin));
+    keys.push_back(reversed(keys.back()));
+  }
+  for (const Keyframe& key : keys) {
+    const RangeView view(key);
     for (double bearing_deg = -180.0; bearing_deg < 180.0; bearing_deg += 0.45) {
       if (std::abs(bearing_deg + 90.0) < 2.5) continue;  // where the scan begins and ends
       EXPECT_EQ(view.look_at(ahead(bearing_deg, 3.5)), Seen::as_free) << bearing_deg;
@@ -148,6 +155,9 @@ TEST(RangeView, BesideAPostNothingIsKnownOfWhatIsBehindIt) {
   for (const double bearing_deg : {28.5, 32.0}) {
     EXPECT_EQ(view.look_at(ahead(bearing_deg, 3.0)), Seen::as_free) << bearing_deg;
   }
+  EXPECT_EQ(view.look_at(ahead(29.3, 1.2)), Seen::nothing);
+  EXPECT_EQ(view.look_at(ahead(29.3, 0.8)), Seen::nothing);
+  EXPECT_EQ(view.look_at(ahead(29.3, 0.6)), Seen::as_free);
   // Without a side that could be told, it is a wall as far as it was hit.
   EXPECT_EQ(view.look_at(ahead(30.25, 1.1)), Seen::as_wall);
   EXPECT_EQ(view.look_at(ahead(30.25, 1.2)), Seen::nothing);

@@ -183,10 +183,9 @@ TEST_F(ScanPathTest, ACorrectionIsSharedByTheWayThatWasPredicted) {
   add_keyframe();
   add({4, 0, 0});
   for (const double x_m : {5.0, 5.0, 7.0}) predict({x_m, 0, 0});
-  path_.spread_correction({8, 0, 0}, {8, 0.4, 0}, keys_);
-  const double y_m[] = {0.0, 0.1, 0.1, 0.3};
-  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(found()[i].y_m, y_m[i], kNear) << i;
-  EXPECT_EQ(found_x_m(), (std::vector<double>{4, 5, 5, 7}));
+  path_.spread_correction({8, 0, 0}, {8.8, 0.4, 0}, keys_);
+  const Pose2 shared[] = {{4, 0, 0}, {5.2, 0.1, 0}, {5.2, 0.1, 0}, {7.6, 0.3, 0}};
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_THAT(found()[i], IsNear(shared[i], kNear, kNear)) << i;
 }
 
 TEST_F(ScanPathTest, ACorrectedHeadingBendsTheWayAndTurnsOnTheSpotTakeTheirShare) {
@@ -285,6 +284,29 @@ TEST_F(ScanPathTest, OfAShortPathAMergedKeyframesScansGoBesideThoseBeforeItWasSh
   path_.reattach_to_keyframe(1, {0, {4, 0, 0}, {}}, keys_);
   keys_.erase(keys_.begin() + 1);
   EXPECT_EQ(found_x_m(), (std::vector<double>{0, 1, 2, 4, 8, 9, 10}));
+}
+
+// Many keyframes have become one with two that are left.
+TEST_F(ScanPathTest, OfAShortPathTheOlderHalfOfTheTrailIsThinnedWhereItIsLongForItsMap) {
+  const auto trail_us = [&](int poses) {
+    restart();
+    ScanPathState state;
+    for (int i = 0; i < poses; ++i) state.keyframe_poses.push_back({Utime::from_us(i), i % 2, {}});
+    keys_.resize(2);
+    keys_[0].utime = Utime::from_us(2);
+    keys_[1].utime = Utime::from_us(poses - 1);
+    path_.restore(state);
+    path_.shorten(keys_);
+    EXPECT_EQ(path_.keyframes(keys_).size(), state.keyframe_poses.size()) << "of a whole one none";
+    path_.keep_short(0.5, 0);
+    path_.shorten(keys_);
+    std::vector<int64_t> us;
+    for (const StampedPose2& pose : path_.keyframes(keys_)) us.push_back(pose.utime.us);
+    return us;
+  };
+  EXPECT_EQ(trail_us(8).size(), 8U);
+  // Pose 2 is a keyframe's own; of 0, 1, 3, 4 and 5 every second one is dropped.
+  EXPECT_EQ(trail_us(12), (std::vector<int64_t>{1, 2, 4, 6, 7, 8, 9, 10, 11}));
 }
 
 TEST_F(ScanPathTest, AnotherSessionFollowsWithItsKeyframes) {

@@ -91,13 +91,15 @@ TEST(Contradictions, APlaceIsComparedWithItsNearestVisitsEachOfThemOnce) {
       keys.back().path_m = 12.0 * pass + 0.1 - ahead_m;  // in one stretch of path
     }
   }
-  std::vector<int> of_last, of_third;
+  // Once it came back after 4 m already: these are two visits.
+  keys[4].path_m += 4.0;
+  std::vector<int> of_last, of_fourth;
   for (const Visit& visit : find_visits(keys)) {
     if (visit.newer == 15) of_last.push_back(visit.older);
-    if (visit.newer == 5) of_third.push_back(visit.older);
+    if (visit.newer == 7) of_fourth.push_back(visit.older);
   }
   EXPECT_EQ(of_last, (std::vector<int>{13, 11, 9, 7}));
-  EXPECT_EQ(of_third, (std::vector<int>{3, 1}));
+  EXPECT_EQ(of_fourth, (std::vector<int>{5, 4, 3, 1}));
 }
 
 // In each direction, over the borders of whatever squares they are sorted into.

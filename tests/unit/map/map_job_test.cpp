@@ -1,4 +1,4 @@
-// One short drive, mapped within this process, and what is told and drawn of it.
+// What is kept, drawn and reported of a short drive.
 #include "tools/map/map_job.hpp"
 
 #include <gmock/gmock.h>
@@ -7,11 +7,10 @@
 
 #include "common/files/tum.hpp"
 #include "lcm_tools/files/whole_file.hpp"
-#include "lcm_tools/tests/support/temporary_folder.hpp"
+#include "short_drive.hpp"
 #include "slam/doctor/doctor.hpp"
 #include "slam/process/mapper2d_adapter.hpp"
 #include "tests/support/matchers.hpp"
-#include "tests/support/ring_log.hpp"
 #include "tools/map/pictures.hpp"
 #include "tools/map/report.hpp"
 #include "tools/map/results.hpp"
@@ -20,38 +19,10 @@ namespace marco {
 namespace {
 
 using ::marco::testing::IsNear;
-using ::testing::HasSubstr;
+using ::marco::testing::kScans;
+using ::marco::testing::ShortDrive;
 
-// A round of 40 s, and 12 s more over the same places.
-constexpr std::size_t kScans = 520;
-
-class MapJobTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (job_ != nullptr) return;  // one drive for all tests
-    folder_ = new testing::TemporaryFolder;
-    std::string log = testing::ring_log(1.02, 1.0);
-    std::size_t end = 0;
-    for (std::size_t line = 0; line < kScans; ++line) end = log.find('\n', end) + 1;
-    const auto name = folder_->write("drive.log", log.substr(0, end));
-    job_ = new MapJob(folder_->path());
-    job_->read({name});
-    job_->finish();
-  }
-  static void TearDownTestSuite() {
-    delete job_;
-    delete folder_;
-  }
-  static const slam::Keyframe& key(int at) {
-    return job_->keyframes()[static_cast<std::size_t>(at)];
-  }
-  static testing::TemporaryFolder* folder_;
-  static MapJob* job_;
-};
-testing::TemporaryFolder* MapJobTest::folder_ = nullptr;
-MapJob* MapJobTest::job_ = nullptr;
-
-TEST_F(MapJobTest, EachScanHasAPoseAndTheTimeIsThatFromTheFirstToTheLast) {
+TEST_F(ShortDrive, EachScanHasAPoseAndTheTimeIsThatFromTheFirstToTheLast) {
   EXPECT_EQ(job_->trajectory().size(), kScans);
   EXPECT_NEAR(job_->recorded_s(), 51.9, 1e-6);
   EXPECT_EQ(job_->trajectory().front().utime.us, 1000'000'000);
@@ -66,7 +37,7 @@ TEST_F(MapJobTest, EachScanHasAPoseAndTheTimeIsThatFromTheFirstToTheLast) {
 }
 
 // In a loop's picture both scans are seen by the older one's robot; a point is a cross of 4 cm.
-TEST_F(MapJobTest, ALoopsPictureShowsTheNewerScanBeforeAndAfterItOverTheOlderOne) {
+TEST_F(ShortDrive, ALoopsPictureShowsTheNewerScanBeforeAndAfterItOverTheOlderOne) {
   const std::vector<slam::Loop>& loops = job_->mapper().loops();
   const std::vector<PictureOrder> orders = loop_pictures("loops", *job_);
   ASSERT_FALSE(loops.empty());
@@ -94,7 +65,7 @@ TEST_F(MapJobTest, ALoopsPictureShowsTheNewerScanBeforeAndAfterItOverTheOlderOne
   }
 }
 
-TEST_F(MapJobTest, TheMapsPictureShowsAllScansAndThePathByOdometryAndAsFound) {
+TEST_F(ShortDrive, TheMapsPictureShowsAllScansAndThePathByOdometryAndAsFound) {
   const PictureOrder order = map_picture("map.png", job_->grid(), *job_);
   EXPECT_TRUE(order.scene.grid);
   std::size_t points = 0;
@@ -119,7 +90,7 @@ TEST_F(MapJobTest, TheMapsPictureShowsAllScansAndThePathByOdometryAndAsFound) {
   EXPECT_NEAR(kept.back().world_from_robot.x_m, 6.0, 0.11);
 }
 
-TEST_F(MapJobTest, AllOrdersOfPicturesReachTheProgramThatDraws) {
+TEST_F(ShortDrive, AllOrdersOfPicturesReachTheProgramThatDraws) {
   std::vector<PictureOrder> orders = loop_pictures("loops", *job_);
   orders.push_back(map_picture("map.png", job_->grid(), *job_));
   orders.back().camera = "above";
@@ -154,7 +125,7 @@ TEST_F(MapJobTest, AllOrdersOfPicturesReachTheProgramThatDraws) {
   EXPECT_THROW(decode_picture_orders(bytes.substr(0, bytes.size() - 1)), std::invalid_argument);
 }
 
-TEST_F(MapJobTest, TheReportSaysWhatWasDrivenReadAndClosed) {
+TEST_F(ShortDrive, TheReportSaysWhatWasDrivenReadAndClosed) {
   const auto name = folder_->path() / "report.json";
   write_report(name, *job_, {});
   const auto report = nlohmann::json::parse(files::read_whole_file(name));
@@ -189,7 +160,7 @@ TEST_F(MapJobTest, TheReportSaysWhatWasDrivenReadAndClosed) {
   }
 }
 
-TEST_F(MapJobTest, ItsPathsAreWrittenAndTheRobotsAsFoundWhereThatIsAnother) {
+TEST_F(ShortDrive, ItsPathsAreWrittenAndTheRobotsAsFoundWhereThatIsAnother) {
   const auto at = [](const char* name) { return folder_->path() / name; };
   write_paths(folder_->path(), *job_, std::nullopt);
   EXPECT_EQ(files::read_tum(at("trajectory.tum").string()).size(), kScans);

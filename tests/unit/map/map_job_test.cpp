@@ -110,7 +110,9 @@ TEST_F(ShortDrive, AllOrdersOfPicturesReachTheProgramThatDraws) {
                                &was = orders[i].scene.points[item];
       EXPECT_EQ(one.points_m, was.points_m);
       EXPECT_EQ(one.label, was.label);
+      EXPECT_EQ(one.color.red, was.color.red);
       EXPECT_EQ(one.color.green, was.color.green);
+      EXPECT_EQ(one.color.blue, was.color.blue);
     }
     ASSERT_EQ(read[i].scene.robots.size(), orders[i].scene.robots.size());
     EXPECT_EQ(read[i].scene.paths.size(), orders[i].scene.paths.size());

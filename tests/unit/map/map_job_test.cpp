@@ -3,9 +3,11 @@
 
 #include <gmock/gmock.h>
 
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "common/files/tum.hpp"
+#include "common/triangle_mesh.hpp"
 #include "lcm_tools/files/whole_file.hpp"
 #include "short_drive.hpp"
 #include "slam/doctor/doctor.hpp"
@@ -97,6 +99,10 @@ TEST_F(ShortDrive, AllOrdersOfPicturesReachTheProgramThatDraws) {
   orders.back().flat = false;
   orders.back().scene.walls.push_back({{1, 2}, {3, 4}, 2.2, {9, 8, 7}});
   orders.back().scene.ellipses.push_back({{5, 6}, 0.5 * Eigen::Matrix2d::Identity()});
+  TriangleMesh mesh;
+  mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.triangles = {{0, 1, 2}};
+  orders.back().scene.meshes.push_back({std::make_shared<const TriangleMesh>(mesh), {1, 2, 3}});
   const std::string bytes = encode_picture_orders(orders);
   const std::vector<PictureOrder> read = decode_picture_orders(bytes);
   ASSERT_EQ(read.size(), orders.size());
@@ -124,6 +130,10 @@ TEST_F(ShortDrive, AllOrdersOfPicturesReachTheProgramThatDraws) {
   EXPECT_EQ(last.walls.at(0).to_m, Eigen::Vector2d(3, 4));
   EXPECT_EQ(last.walls[0].color.blue, 7);
   EXPECT_EQ(last.ellipses.at(0).covariance_m2(1, 1), 0.5);
+  ASSERT_EQ(last.meshes.size(), 1U);
+  EXPECT_EQ(last.meshes[0].mesh->vertices_m, mesh.vertices_m);
+  EXPECT_EQ(last.meshes[0].mesh->triangles.size(), 1U);
+  EXPECT_EQ(last.meshes[0].color.red, 1);
   EXPECT_THROW(decode_picture_orders(bytes.substr(0, bytes.size() - 1)), std::invalid_argument);
 }
 

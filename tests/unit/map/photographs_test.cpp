@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <numbers>
 
 #include "bot_core/image_t.hpp"
@@ -10,6 +11,8 @@
 #include "lcm_tools/files/whole_file.hpp"
 #include "lcm_tools/process/config.hpp"
 #include "lcm_tools/tests/support/temporary_folder.hpp"
+#include "lcmtypes/channels.hpp"
+#include "lcmtypes/convert.hpp"
 #include "mapping3d/surface/photograph_list.hpp"
 
 namespace marco {
@@ -161,6 +164,34 @@ TEST_F(Photographs, InAGapOfThePathTheirPlaceIsUnknown) {
   EXPECT_THAT(choose().dropped, ElementsAre(Pair("taken where the path is unknown", 1)));
   EXPECT_THAT(written_x_m(),
               ElementsAre(::testing::DoubleNear(2.2, 1e-6), ::testing::DoubleNear(3.25, 1e-6)));
+}
+
+// Its angles come after the picture, as a servo's do; one that fell silent delays nothing.
+TEST_F(Photographs, OfAPanTiltWaitForItsAnglesAndAreTurnedByThem) {
+  sensors_["CAMERA"].mount = SensorInfo::Mount::pantilt;
+  sensors_["CAMERA"].parent_from_sensor = Pose3::Identity();
+  SensorInfo base;
+  base.channel = channels::kPanTiltState;
+  base.parent_from_sensor.translation() = Eigen::Vector3d(0.0, 0.0, 0.8);
+  sensors_[base.channel] = base;
+  const auto pan = [this](double seconds, double pan_rad) {
+    const EncodedMessage state =
+        encode_sample(Sample{PanTiltState{stamp(seconds), pan_rad, 0.0, 0.0, 0.0}});
+    log_->write(state.channel, state.bytes, stamp(seconds));
+  };
+  pan(1.0, 0.2);
+  take(1.03);
+  pan(1.06, 0.4);
+  take(5.0);  // nothing follows
+  const PhotographCounts counts = choose();
+  EXPECT_EQ(counts.chosen, 1);
+  EXPECT_THAT(counts.dropped, ElementsAre(Pair("camera without pan-tilt angles", 1)));
+  const PhotographSpec one = written().at(0);
+  const std::vector<double>& q = one.quaternion_xyzw;
+  const Eigen::Vector3d ahead =
+      Eigen::Quaterniond(q[3], q[0], q[1], q[2]) * Eigen::Vector3d::UnitZ();
+  EXPECT_NEAR(std::atan2(ahead.y(), ahead.x()), 0.3, 1e-6);
+  EXPECT_NEAR(one.position_m[2], 0.8, 1e-6);
 }
 
 TEST_F(Photographs, NoMoreAreKeptThanWanted) {

@@ -160,6 +160,8 @@ TEST_F(ShortDrive, ItsSummaryCountsScansWayLoopsAndPictures) {
 TEST_F(ShortDrive, ItsCalibrationIsFoundTabledAndWritten) {
   const auto found = self_calibration_of(*job_);
   ASSERT_TRUE(found);
+  ASSERT_TRUE(mount_of_laser(*job_));
+  EXPECT_EQ(mount_of_laser(*job_)->channel, "LIDAR");
   const slam::CalibratedParameter* left = found->find("odometry.left_scale");
   ASSERT_TRUE(left);
   EXPECT_NEAR(left->found, 1.0 / 1.02, 0.005);

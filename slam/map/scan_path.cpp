@@ -150,7 +150,7 @@ void ScanPath::spread_correction(const Pose2& predicted,
   std::vector<ScanPose>& scans = state_.scans;
   std::size_t first = scans.size();
   while (first > 0 && scans[first - 1].predicted) --first;
-  if (first == 0 || first == scans.size()) return;  // nothing was matched before them
+  if (first == 0) return;  // nothing was matched before them
   const auto world_from = [&](const ScanPose& scan) { return world_from_key(scan, keys); };
   spread(scans, first, scans.size(), world_from, {predicted, world_from_robot});
 }

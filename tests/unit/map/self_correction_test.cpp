@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "common/covariance.hpp"
 
@@ -97,6 +99,95 @@ TEST(SelfCorrection, ATurnInDoubtIsNotCorrected) {
   const Pose2 by_said{0.2, 0.0, deg_to_rad(10.0)}, by_found{0.2, 0.0, deg_to_rad(100.0)};
   EXPECT_LT(between(*robot * by_found, by_said).vector().norm(), 1e-9);
   EXPECT_NE(doubt_of_laser(found).find("turned by 100 deg (sd 3.0)"), std::string::npos);
+}
+
+TEST(SelfCorrection, WheelsThatCountBackwardsVeerOrTurnTooFarAreCorrected) {
+  const auto needed = [](const auto& spoil) {
+    slam::SelfCalibration found;
+    spoil(found.calibration.odometry);
+    return needed_correction(found, 0.0).odometry == found.calibration.odometry;
+  };
+  EXPECT_TRUE(needed([](OdometryCalibration& wheels) { wheels.forward_sign = -1.0; }));
+  EXPECT_TRUE(needed([](OdometryCalibration& wheels) { wheels.turn_sign = -1.0; }));
+  EXPECT_TRUE(needed([](OdometryCalibration& wheels) { wheels.track_scale = 1.2; }));
+  EXPECT_FALSE(needed([](OdometryCalibration& wheels) { wheels.track_scale = 1.03; }));
+  // 2.9 and 8.6 degrees a metre, to either side.
+  for (const double side : {-1.0, 1.0}) {
+    EXPECT_FALSE(needed([=](OdometryCalibration& wheels) { wheels.left_scale -= 0.02 * side; }));
+    EXPECT_TRUE(needed([=](OdometryCalibration& wheels) {
+      wheels.left_scale -= 0.03 * side;
+      wheels.right_scale += 0.03 * side;
+    }));
+  }
+}
+
+TEST(SelfCorrection, AGyroscopeIsCorrectedForAWrongScaleOrALargeBias) {
+  slam::SelfCalibration found;
+  found.calibration.gyro = {1.05, 0.005, 0.0};
+  EXPECT_EQ(needed_correction(found, 0.0).gyro, GyroCalibration{});
+  for (const GyroCalibration& gyro :
+       {GyroCalibration{1.1, 0.0, 0.0}, GyroCalibration{0.9, 0.0, 0.0},
+        GyroCalibration{1.0, 0.02, 0.0}, GyroCalibration{1.0, -0.02, 0.0}}) {
+    found.calibration.gyro = gyro;
+    EXPECT_EQ(needed_correction(found, 0.0).gyro, gyro);
+  }
+}
+
+TEST(SelfCorrection, ALaserUpsideDownIsTurnedOverWhereItIsSaidToSit) {
+  slam::SelfCalibration found;
+  const auto as_assumed = slam::ParameterVerdict::as_assumed;
+  found.parameters = {{"laser.x_m", 0.2, 0.25, 0.01, as_assumed, ""},
+                      {"laser.y_m", 0.1, 0.1, 0.01, as_assumed, ""},
+                      {"laser.yaw_deg", 10.0, 11.0, 0.1, as_assumed, ""},
+                      {"laser.upside_down", 0.0, 1.0, 0.0, as_assumed, ""}};
+  found.calibration.laser = {"LIDAR", 0.25, 0.1, 11.0, true};
+  EXPECT_EQ(needed_correction(found, 0.0), SensorCalibration{});
+  found.parameters.back().verdict = slam::ParameterVerdict::applied;
+  EXPECT_EQ(needed_correction(found, 0.0).laser, (LaserCalibration{"LIDAR", 0.2, 0.1, 10.0, true}));
+}
+
+TEST(SelfCorrection, WhatIsOffIsSaidAndTheReportHoldsWhatBecameOfAll) {
+  using slam::ParameterVerdict;
+  SelfCorrection correction;
+  correction.found.parameters = {
+      {"odometry.left_scale", 1.0, 1.9, 0.003, ParameterVerdict::applied, ""},
+      {"odometry.turn_sign", 1.0, -1.0, 0.0, ParameterVerdict::applied, ""},
+      {"gyro.scale", 1.0, 1.01, 0.02, ParameterVerdict::as_assumed, ""},
+      {"laser.x_m", 0.2, 0.0, 0.0, ParameterVerdict::not_observed, "turns"},
+      {"laser.y_m", 0.0, 0.4, 0.01, ParameterVerdict::no_better, ""},
+      {"laser.yaw_deg", 0.0, 4.0, 1.0, ParameterVerdict::undecidable, ""}};
+  correction.found.remarks = {"turn more"};
+  correction.use = SelfCorrection::Use::in_force;
+  EXPECT_EQ(describe_errors(correction.found),
+            "odometry.left_scale 1 -> 1.9 (sd 0.003), odometry.turn_sign 1 -> -1");
+  EXPECT_EQ(describe_errors({}), "");
+  nlohmann::json report;
+  add_calibration(report, correction);
+  const auto& told = report.at("calibration");
+  EXPECT_EQ(told.at("use"), "in_force");
+  EXPECT_EQ(told.at("remarks"), nlohmann::json({"turn more"}));
+  EXPECT_FALSE(told.contains("path_as_found"));
+  const char* const states[] = {"off",          "off",       "as_assumed",
+                                "not_observed", "no_better", "undecidable"};
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(told.at("parameters")[i].at("state"), states[i]);
+  EXPECT_EQ(told.at("parameters")[0].at("sigma"), 0.003);
+  EXPECT_FALSE(told.at("parameters")[1].contains("sigma"));
+  EXPECT_FALSE(told.at("parameters")[1].contains("missing"));
+  EXPECT_FALSE(told.at("parameters")[3].contains("found"));
+  EXPECT_EQ(told.at("parameters")[3].at("missing"), "turns");
+  correction.use = SelfCorrection::Use::rejected;
+  correction.assumed_from_found_robot = Pose2{};
+  add_calibration(report, correction);
+  EXPECT_EQ(report["calibration"]["use"], "rejected");
+  EXPECT_EQ(report["calibration"]["path_as_found"], kPathAsFound);
+  ::testing::internal::CaptureStdout();
+  print_correction(correction);
+  std::fflush(stdout);
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(),
+            "set-up: odometry.left_scale 1 -> 1.9 (sd 0.003), odometry.turn_sign 1 -> -1\n"
+            "  note: turn more\n"
+            "  a map made with these was no better: they are not used\n"
+            "  trajectory_as_found.tum is the path for the mount as found\n");
 }
 
 }  // namespace

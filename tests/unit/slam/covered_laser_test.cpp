@@ -151,5 +151,47 @@ TEST_F(CoveredLaser, TheMapIsThatOfTheOtherScans) {
   }
 }
 
+// A wall that one of the last keyframes saw is one, whatever the others say.
+TEST_F(CoveredLaser, WhatOneOfTheLastKeyframesSawAsAWallIsNoCover) {
+  std::vector<Keyframe> keys = map_from({});
+  room_ = {};
+  room_.add_box(-0.4, -0.4, 0.6, 0.4);
+  const Points2 hits = seen_from({});
+  const auto is_covered = [&](const std::vector<Keyframe>& by) {
+    return laser_is_covered(hits, Eigen::Vector2d::Zero(), std::array{Pose2{}}, by, false);
+  };
+  EXPECT_TRUE(is_covered(keys));
+  keys.push_back(map_from({})[0]);
+  EXPECT_FALSE(is_covered(keys));
+  std::swap(keys[0], keys[1]);
+  EXPECT_FALSE(is_covered(keys));
+}
+
+// Only where the robot has been of late: what was seen long ago may have changed.
+TEST_F(CoveredLaser, WhatOldKeyframesSawAsFreeDoesNotCount) {
+  std::vector<Keyframe> keys = map_from({});
+  const Points2 hits = covered(seen_from({}), 0, 0.2, random_);
+  const auto is_covered = [&] {
+    return laser_is_covered(hits, Eigen::Vector2d::Zero(), std::array{Pose2{}}, keys, false);
+  };
+  Keyframe elsewhere = keys[0];
+  elsewhere.world_from_robot = {50, 0, 0};
+  keys.insert(keys.end(), 4, elsewhere);
+  EXPECT_TRUE(is_covered());
+  keys.push_back(elsewhere);
+  EXPECT_FALSE(is_covered());
+}
+
+// On a mast 2 m ahead of the robot's middle, what is near is near to the laser.
+TEST_F(CoveredLaser, NearIsMeantFromTheLaser) {
+  const Eigen::Vector2d laser(2.0, 0.0);
+  std::vector<Keyframe> keys = map_from({});
+  Points2 hits = covered(seen_from({}), 0, 0.2, random_);
+  hits.colwise() += laser;
+  keys[0].sensor_in_robot = laser;
+  keys[0].points_in_robot.points.colwise() += laser;
+  EXPECT_TRUE(laser_is_covered(hits, laser, std::array{Pose2{}}, keys, false));
+}
+
 }  // namespace
 }  // namespace marco::slam

@@ -97,7 +97,24 @@ TEST(KeyframeGrid, OnlyTheTilesWhereOneMovedAreMadeAnew) {
   keys[195].world_from_robot.y_m += 0.2;
   expect_equal(grid.update(keys), draw_grid(keys));
   EXPECT_EQ(grid.times_redrawn(), 1);
+  EXPECT_GT(grid.drawn(), 200 + 20);
   EXPECT_LT(grid.drawn(), 200 + 80);
+}
+
+TEST(KeyframeGrid, WhatAKeyframeThatHasGoneDrewIsTakenOutOnceWithTheNextThatMoves) {
+  std::vector<Keyframe> keys = some_keys(200);
+  KeyframeGrid grid;
+  grid.update(keys);
+  keys.erase(keys.begin() + 20);
+  grid.update(keys);
+  const auto drawn_for_a_move = [&] {
+    const int64_t before = grid.drawn();
+    keys.back().world_from_robot.y_m += 0.3;
+    expect_equal(grid.update(keys), draw_grid(keys));
+    return grid.drawn() - before;
+  };
+  const int64_t with_the_gone = drawn_for_a_move();
+  EXPECT_LT(drawn_for_a_move() + 20, with_the_gone);
 }
 
 TEST(KeyframeGrid, HoweverTheyMoveAndGrowItIsWhatAGridOfThemWouldBe) {

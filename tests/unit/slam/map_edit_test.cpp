@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <numbers>
+#include <utility>
+
 namespace marco::slam {
 namespace {
 
@@ -69,6 +72,45 @@ TEST(MapEdit, CoversItsStretchOfTime) {
   EXPECT_FALSE(dropped(9));
   EXPECT_FALSE(dropped(21));
   EXPECT_FALSE(is_covered(edits, MapEdit::Kind::distrust_odometry, Utime::from_us(15'000'000)));
+}
+
+TEST(MapEdit, TimesAreReadToTheMicrosecondWithAsManyDigitsAsAreWritten) {
+  const auto from_us = [](const std::string& time) {
+    return parse_map_edits("drop_scans " + time + " 999999999999").at(0).from.us;
+  };
+  EXPECT_EQ(from_us("7"), 7'000'000);
+  EXPECT_EQ(from_us("7."), 7'000'000);
+  EXPECT_EQ(from_us("7.04"), 7'040'000);
+  EXPECT_EQ(from_us("7.0000019"), 7'000'001);
+  EXPECT_EQ(from_us("976052905.167303"), 976052905'167303);
+  for (const std::string wrong : {".5", "1.5s", "1,5", "1.2.3", "1e3", "1000000000000", "0x10"}) {
+    EXPECT_THAT(fault_of("drop_scans " + wrong + " 999999999999"),
+                HasSubstr("two times in seconds"))
+        << wrong;
+  }
+}
+
+TEST(MapEdit, AMomentIsAStretchOfTimeAndATurnIsTheNearestOne) {
+  const MapEdits read = parse_map_edits("drop_scans 5 5\nadd_loop 1 2 -0.5 1 7.0\n");
+  ASSERT_EQ(read.size(), 2U);
+  EXPECT_TRUE(is_covered(read, MapEdit::Kind::drop_scans, Utime::from_us(5'000'000)));
+  EXPECT_EQ(read[1].from_from_to.vector().head<2>(), Eigen::Vector2d(-0.5, 1.0));
+  EXPECT_NEAR(read[1].from_from_to.theta_rad, 7.0 - 2.0 * std::numbers::pi, 1e-12);
+  EXPECT_THAT(fault_of("add_loop 1 2 inf 1 0"), HasSubstr("x [m], y [m] and theta [rad]"));
+  EXPECT_THAT(fault_of("add_loop 1 2 0 1 0 9"), HasSubstr("'9' is too much"));
+}
+
+TEST(MapEdit, ALoopIsTheOneThatIsMeantOnlyWhenBothItsEndsAre) {
+  const MapEdits edits = parse_map_edits("drop_scans 0 1000\nforbid_loop 100 200");
+  const auto forbidden = [&edits](int64_t from_s, int64_t to_s) {
+    return forbids(edits, Utime::from_us(from_s * 1'000'000), Utime::from_us(to_s * 1'000'000));
+  };
+  EXPECT_TRUE(forbidden(95, 205));
+  EXPECT_TRUE(forbidden(205, 95));
+  for (const auto& [from_s, to_s] :
+       {std::pair{100, 300}, {300, 200}, {200, 300}, {300, 100}, {200, 200}, {94, 200}}) {
+    EXPECT_FALSE(forbidden(from_s, to_s)) << from_s << " " << to_s;
+  }
 }
 
 }  // namespace

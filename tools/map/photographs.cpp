@@ -118,9 +118,9 @@ class Chooser {
 
   // Drops pictures close to others until at most `most` are left.
   std::vector<Taken> chosen() {
-    double grow = 1.0;
-    while (taken_.size() > static_cast<std::size_t>(options_.most)) {
-      grow *= 1.2;
+    constexpr double kMostGrown = 1e4;  // then only other cameras are left
+    const auto most = static_cast<std::size_t>(options_.most);
+    for (double grow = 1.2; taken_.size() > most && grow < kMostGrown; grow *= 1.2) {
       const double part_m = grow * options_.apart_m;
       const double cosine = std::cos(std::min(3.1, grow * deg_to_rad(options_.apart_deg)));
       std::vector<Taken> fewer;
@@ -128,12 +128,12 @@ class Chooser {
         const bool known = std::any_of(fewer.begin(), fewer.end(), [&](const Taken& other) {
           return shows_the_same(other, picture.world_from_camera, picture.channel, part_m, cosine);
         });
-        if (!known && fewer.size() < static_cast<std::size_t>(options_.most)) {
-          fewer.push_back(std::move(picture));
-        }
+        if (!known) fewer.push_back(std::move(picture));
       }
       taken_ = std::move(fewer);
     }
+    taken_.erase(taken_.begin() + static_cast<std::ptrdiff_t>(std::min(most, taken_.size())),
+                 taken_.end());
     counts_.chosen = static_cast<int64_t>(taken_.size());
     return std::move(taken_);
   }

@@ -60,10 +60,17 @@ void archive_scene(Archive& bytes, viewer::Scene& scene) {
     archive(bytes, item.height_m);
     archive_color(bytes, item.color);
   });
-  list(scene.robots, [&bytes](viewer::RobotItem& item) { archive(bytes, item.world_from_robot); });
+  list(scene.robots, [&bytes](viewer::RobotItem& item) {
+    archive(bytes, item.world_from_robot);
+    archive(bytes, item.radius_m);
+    archive(bytes, item.height_m);
+    archive_color(bytes, item.color);
+  });
   list(scene.ellipses, [&bytes](viewer::EllipseItem& item) {
     archive(bytes, item.center_m);
     archive(bytes, item.covariance_m2);
+    archive(bytes, item.sigmas);
+    archive_color(bytes, item.color);
   });
 }
 

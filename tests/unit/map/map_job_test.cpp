@@ -98,7 +98,9 @@ TEST_F(ShortDrive, AllOrdersOfPicturesReachTheProgramThatDraws) {
   orders.back().camera = "above";
   orders.back().flat = false;
   orders.back().scene.walls.push_back({{1, 2}, {3, 4}, 2.2, {9, 8, 7}});
-  orders.back().scene.ellipses.push_back({{5, 6}, 0.5 * Eigen::Matrix2d::Identity()});
+  orders.back().scene.ellipses.push_back(
+      {{5, 6}, 0.5 * Eigen::Matrix2d::Identity(), 1.0, {4, 5, 6}});
+  orders.back().scene.robots.push_back({{1, 2, 3}, 0.15, 0.25, {7, 8, 9}});
   TriangleMesh mesh;
   mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.triangles = {{0, 1, 2}};
@@ -130,6 +132,11 @@ TEST_F(ShortDrive, AllOrdersOfPicturesReachTheProgramThatDraws) {
   EXPECT_EQ(last.walls.at(0).to_m, Eigen::Vector2d(3, 4));
   EXPECT_EQ(last.walls[0].color.blue, 7);
   EXPECT_EQ(last.ellipses.at(0).covariance_m2(1, 1), 0.5);
+  EXPECT_EQ(last.ellipses[0].sigmas, 1.0);
+  EXPECT_EQ(last.ellipses[0].color.green, 5);
+  EXPECT_EQ(last.robots.back().radius_m, 0.15);
+  EXPECT_EQ(last.robots.back().height_m, 0.25);
+  EXPECT_EQ(last.robots.back().color.blue, 9);
   ASSERT_EQ(last.meshes.size(), 1U);
   EXPECT_EQ(last.meshes[0].mesh->vertices_m, mesh.vertices_m);
   EXPECT_EQ(last.meshes[0].mesh->triangles.size(), 1U);

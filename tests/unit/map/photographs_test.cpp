@@ -198,9 +198,11 @@ TEST_F(Photographs, NoMoreAreKeptThanWanted) {
   for (int i = 0; i < 99; ++i) take(0.1 * i);
   EXPECT_GT(choose().chosen, 10);
   options_.most = 4;
-  EXPECT_EQ(choose().chosen, 4);
+  EXPECT_GE(choose().chosen, 3);
   const std::vector<double> x_m = written_x_m();
-  for (std::size_t i = 0; i + 1 < x_m.size(); ++i) EXPECT_GT(x_m[i + 1] - x_m[i], 0.7);
+  EXPECT_LE(x_m.size(), 4U);
+  for (std::size_t i = 0; i + 1 < x_m.size(); ++i) EXPECT_GT(x_m[i + 1] - x_m[i], 1.5);
+  EXPECT_GT(x_m.back(), 7.0) << "from the whole way, not from where it began";
   options_.most = 0;
   EXPECT_EQ(choose().recorded, 0);
 }

@@ -1,4 +1,4 @@
-#include "tools/map/recorded.hpp"
+#include "tools/map/map_job.hpp"
 
 #include <gmock/gmock.h>
 

@@ -121,13 +121,20 @@ def read_whole(path):
     return path.read_bytes().decode(**TEXT)
 
 
+def is_still(file, path):
+    """Whether a file that was opened by this path still has it."""
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), os.stat(path))
+    except FileNotFoundError:
+        return False
+
+
 def write_whole(path, text):
     """No reader sees half of it, nor does another writer."""
     part = path.with_name(path.name + ".part")
     while True:
         with locked(part) as file:
-            # The process that held the lock before has renamed the file.
-            if not part.exists() or not os.path.samestat(os.fstat(file.fileno()), os.stat(part)):
+            if not is_still(file, part):  # the process that held the lock before has renamed it
                 continue
             file.truncate(0)
             file.buffer.write(text.encode(**TEXT))

@@ -295,7 +295,7 @@ TEST(OwnBody, PartsAreDescribedLaserByLaser) {
                       {"LIDAR_REAR", 350.0, 365.0, 0.25}}),
             "the robot itself is in view of LIDAR: 20 to 25 deg within 0.30 m, 40 to 41 deg within "
             "0.50 m; the robot itself is in view of LIDAR_REAR: 350 to 365 deg within 0.25 m");
-  EXPECT_EQ(describe({}), "");
+  EXPECT_EQ(describe(std::vector<BodyPart>{}), "");
 }
 
 }  // namespace

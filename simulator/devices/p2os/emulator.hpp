@@ -60,7 +60,7 @@ class RequestedPackets {
   const P2osWorld& world_;
   const P2osEmulatorOptions& options_;
   const EmulatedDrive& drive_;
-  bool encoders_asked_ = false;  ///< with each information packet, until told to stop
+  bool encoders_asked_ = false;  ///< with each information packet, until ordered to stop
   bool ports_asked_ = false;
   uint8_t digital_out_ = 0;
   std::size_t aux_wanted_ = 0;

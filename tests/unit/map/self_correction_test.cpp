@@ -163,18 +163,19 @@ TEST(SelfCorrection, WhatIsOffIsSaidAndTheReportHoldsWhatBecameOfAll) {
   EXPECT_EQ(describe_errors({}), "");
   nlohmann::json report;
   add_calibration(report, correction);
-  const auto& told = report.at("calibration");
-  EXPECT_EQ(told.at("use"), "in_force");
-  EXPECT_EQ(told.at("remarks"), nlohmann::json({"turn more"}));
-  EXPECT_FALSE(told.contains("path_as_found"));
+  const auto& reported = report.at("calibration");
+  EXPECT_EQ(reported.at("use"), "in_force");
+  EXPECT_EQ(reported.at("remarks"), nlohmann::json({"turn more"}));
+  EXPECT_FALSE(reported.contains("path_as_found"));
   const char* const states[] = {"off",          "off",       "as_assumed",
                                 "not_observed", "no_better", "undecidable"};
-  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(told.at("parameters")[i].at("state"), states[i]);
-  EXPECT_EQ(told.at("parameters")[0].at("sigma"), 0.003);
-  EXPECT_FALSE(told.at("parameters")[1].contains("sigma"));
-  EXPECT_FALSE(told.at("parameters")[1].contains("missing"));
-  EXPECT_FALSE(told.at("parameters")[3].contains("found"));
-  EXPECT_EQ(told.at("parameters")[3].at("missing"), "turns");
+  for (std::size_t i = 0; i < 6; ++i)
+    EXPECT_EQ(reported.at("parameters")[i].at("state"), states[i]);
+  EXPECT_EQ(reported.at("parameters")[0].at("sigma"), 0.003);
+  EXPECT_FALSE(reported.at("parameters")[1].contains("sigma"));
+  EXPECT_FALSE(reported.at("parameters")[1].contains("missing"));
+  EXPECT_FALSE(reported.at("parameters")[3].contains("found"));
+  EXPECT_EQ(reported.at("parameters")[3].at("missing"), "turns");
   correction.use = SelfCorrection::Use::rejected;
   correction.assumed_from_found_robot = Pose2{};
   add_calibration(report, correction);

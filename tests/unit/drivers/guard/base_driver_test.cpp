@@ -1,4 +1,4 @@
-// The life of an order, and what is told of it.
+// The life of an order, and the statuses that report it.
 #include "drivers/base/base_driver.hpp"
 
 #include <gmock/gmock.h>
@@ -33,10 +33,10 @@ class OrderLife : public ::testing::Test {
     options.enabled = guarded;
     base_.emplace(options);
     base_->on_connection(true, now_);
-    hear();
+    collect_statuses();
   }
-  void hear() {
-    for (const BaseStatus& status : base_->take_output().status) said_.push_back(status);
+  void collect_statuses() {
+    for (const BaseStatus& status : base_->take_output().status) statuses_.push_back(status);
   }
   void run(double seconds) {
     for (const Utime end = now_ + Duration::from_seconds(seconds - 1e-6); now_ < end;) {
@@ -46,7 +46,7 @@ class OrderLife : public ::testing::Test {
       }
       std::vector<uint8_t> nowhere;
       base_->advance(now_, nowhere);
-      hear();
+      collect_statuses();
     }
   }
   BaseCommand command(Kind kind, double amount = 0.0, double age_s = 0.0) {
@@ -59,29 +59,29 @@ class OrderLife : public ::testing::Test {
   }
   int64_t give(const BaseCommand& command) {
     base_->command(command, now_);
-    hear();
+    collect_statuses();
     return command.id;
   }
   int64_t give(Kind kind, double amount = 0.0, double age_s = 0.0) {
     return give(command(kind, amount, age_s));
   }
-  const BaseStatus& last() const { return said_.back(); }
+  const BaseStatus& last() const { return statuses_.back(); }
   const Pose2& pose() const { return base_->world_from_robot; }
 
   std::optional<OpenBase> base_;
-  std::vector<BaseStatus> said_;
+  std::vector<BaseStatus> statuses_;
   Utime now_ = Utime::from_seconds(1000.0);
   int64_t id_ = 40;
 };
 
 TEST_F(OrderLife, IsToldAtItsBeginAndItsEndAndEveryHalfSecond) {
   begin();
-  ASSERT_EQ(said_.size(), 1U);
+  ASSERT_EQ(statuses_.size(), 1U);
   EXPECT_EQ(last().base, "plain");
   EXPECT_EQ(last().link, BaseStatus::Link::up);
   EXPECT_EQ(last().utime, now_);
   run(4.0);
-  EXPECT_NEAR(static_cast<double>(said_.size()), 9.0, 1.0);
+  EXPECT_NEAR(static_cast<double>(statuses_.size()), 9.0, 1.0);
   EXPECT_EQ(last().command, Fate::none);
   const int64_t id = give(Kind::move, 0.3);
   EXPECT_EQ(last().command_id, id);
@@ -99,16 +99,16 @@ TEST_F(OrderLife, IsToldAtItsBeginAndItsEndAndEveryHalfSecond) {
 TEST_F(OrderLife, AChangedLinkOrNoteIsToldAndAnUnchangedOneNot) {
   begin();
   base_->set_link(BaseStatus::Link::up, "", now_);
-  hear();
-  EXPECT_EQ(said_.size(), 1U);
+  collect_statuses();
+  EXPECT_EQ(statuses_.size(), 1U);
   base_->set_link(BaseStatus::Link::up, "battery low", now_);
-  hear();
-  ASSERT_EQ(said_.size(), 2U);
+  collect_statuses();
+  ASSERT_EQ(statuses_.size(), 2U);
   EXPECT_EQ(last().note, "battery low; guard: off");
   base_->edit_status().motors_on = true;
   base_->set_link(BaseStatus::Link::starting, "battery low", now_);
-  hear();
-  ASSERT_EQ(said_.size(), 3U);
+  collect_statuses();
+  ASSERT_EQ(statuses_.size(), 3U);
   EXPECT_EQ(last().link, BaseStatus::Link::starting);
   EXPECT_FALSE(last().motors_on);
   EXPECT_EQ(base_->state(), "plain is being set up: battery low; guard: off");
@@ -123,7 +123,7 @@ TEST_F(OrderLife, ALostLineAbortsItAndWhatWaitsIsForgotten) {
   run(1.0);
   give(Kind::turn, 1.0);  // waits for the move's end
   base_->set_link(BaseStatus::Link::down, "the line is gone", now_);
-  hear();
+  collect_statuses();
   EXPECT_EQ(last().link, BaseStatus::Link::down);
   EXPECT_EQ(last().command, Fate::aborted);
   EXPECT_EQ(last().command_id, move);
@@ -171,9 +171,9 @@ TEST_F(OrderLife, ARefusedOneIsAnsweredOnceAndTheRunningOneStays) {
   begin();
   const int64_t move = give(Kind::move, 2.0);
   run(0.5);
-  const std::size_t before = said_.size();
+  const std::size_t before = statuses_.size();
   const int64_t stale = give(Kind::turn, 1.0, 3.0);
-  ASSERT_EQ(said_.size(), before + 1);
+  ASSERT_EQ(statuses_.size(), before + 1);
   EXPECT_EQ(last().command_id, stale);
   EXPECT_EQ(last().command, Fate::refused);
   EXPECT_THAT(last().note, StartsWith("order is 3.0 s old"));
@@ -191,10 +191,10 @@ TEST_F(OrderLife, ANewerOneAbortsTheRunningOneAndFollowsWhenItStands) {
   const int64_t turn = give(Kind::turn, 0.5);
   EXPECT_EQ(base_->status().command_id, move);
   run(3.0);
-  const auto aborted = std::find_if(said_.begin(), said_.end(), [](const BaseStatus& status) {
-    return status.command == Fate::aborted;
-  });
-  ASSERT_NE(aborted, said_.end());
+  const auto aborted =
+      std::find_if(statuses_.begin(), statuses_.end(),
+                   [](const BaseStatus& status) { return status.command == Fate::aborted; });
+  ASSERT_NE(aborted, statuses_.end());
   EXPECT_EQ(aborted->command_id, move);
   EXPECT_THAT(aborted->note, StartsWith("a newer order came"));
   EXPECT_EQ(last().command_id, turn);
@@ -260,12 +260,12 @@ TEST_F(OrderLife, AnEmergencyStopIsToldAtOnceAndKeepsTheFateOfWhatWasDone) {
   run(3.0);
   ASSERT_EQ(last().command, Fate::done);
   base_->emergency_stop({now_, true, "sheriff", "a child"}, now_);
-  hear();
+  collect_statuses();
   EXPECT_EQ(last().note, "emergency stop by sheriff: a child; guard: off");
   run(1.0);
   EXPECT_EQ(last().command, Fate::done);
   base_->emergency_stop({now_, false, "sheriff", ""}, now_);
-  hear();
+  collect_statuses();
   EXPECT_EQ(last().note, "the emergency stop was released; guard: off");
   give(Kind::move, 2.0);
   run(1.0);
@@ -278,7 +278,7 @@ TEST_F(OrderLife, WithoutALineAnEmergencyStopIsToldAsWell) {
   begin();
   base_->set_link(BaseStatus::Link::down, "the line is gone", now_);
   base_->emergency_stop({now_, true, "sheriff", ""}, now_);
-  hear();
+  collect_statuses();
   EXPECT_EQ(last().note, "emergency stop by sheriff; guard: off");
   EXPECT_EQ(base_->state(), "plain does not answer: emergency stop by sheriff; guard: off");
 }
@@ -288,7 +288,7 @@ TEST_F(OrderLife, AHangIsToldAtOnceAndNothingResumes) {
   give(Kind::move, 2.0);
   run(1.0);
   base_->on_hang(1.5, now_);
-  hear();
+  collect_statuses();
   EXPECT_THAT(last().note, StartsWith("the driver hung for 1.5 s: stopped"));
   EXPECT_TRUE(base_->told().is_zero());
   run(3.0);
@@ -330,7 +330,7 @@ class Gate : public ::testing::Test {
   EmergencyStop stop(bool engaged, double later_s) const {
     return {now_ + Duration::from_seconds(later_s), engaged, "sheriff", ""};
   }
-  bool hear(const EmergencyStop& message) { return gate_.on_emergency_stop(message, now_); }
+  bool receive(const EmergencyStop& message) { return gate_.on_emergency_stop(message, now_); }
   OrderGate gate_;
   Utime now_ = Utime::from_seconds(1000.0);
 };
@@ -358,7 +358,7 @@ TEST_F(Gate, WhatNoRobotDrivesIsRefused) {
 }
 
 TEST_F(Gate, WhileItIsStoppedSpeedsMayBeSetAndSensorsForgotten) {
-  hear(stop(true, 0.0));
+  receive(stop(true, 0.0));
   EXPECT_THAT(why(Kind::move, 0.1), StartsWith("orders to move are refused until"));
   EXPECT_EQ(why(Kind::set_speed, 0.1), "");
   EXPECT_EQ(why(Kind::forget_sensors, 0.0), "");
@@ -366,21 +366,21 @@ TEST_F(Gate, WhileItIsStoppedSpeedsMayBeSetAndSensorsForgotten) {
 }
 
 TEST_F(Gate, EveryStopThatWasReleasedStaysReleased) {
-  EXPECT_FALSE(hear(stop(false, 0.0))) << "none is latched";
-  EXPECT_TRUE(hear(stop(true, -2.0)));
-  EXPECT_FALSE(hear(stop(true, -2.0))) << "the same again";
-  EXPECT_FALSE(hear(stop(true, -1.0))) << "it says no more than the other";
-  EXPECT_TRUE(hear(stop(false, -1.5))) << "older: ignored, and said";
+  EXPECT_FALSE(receive(stop(false, 0.0))) << "none is latched";
+  EXPECT_TRUE(receive(stop(true, -2.0)));
+  EXPECT_FALSE(receive(stop(true, -2.0))) << "the same again";
+  EXPECT_FALSE(receive(stop(true, -1.0))) << "it says no more than the other";
+  EXPECT_TRUE(receive(stop(false, -1.5))) << "older: ignored, and said";
   EXPECT_THAT(gate_.note(), EndsWith("; a release by sheriff is older: ignored"));
-  EXPECT_TRUE(hear(stop(true, -1.0))) << "pressed again";
+  EXPECT_TRUE(receive(stop(true, -1.0))) << "pressed again";
   EXPECT_EQ(gate_.note(), "emergency stop by sheriff");
-  EXPECT_TRUE(hear(stop(false, -1.0))) << "as old is not older";
+  EXPECT_TRUE(receive(stop(false, -1.0))) << "as old is not older";
   EXPECT_FALSE(gate_.stopped());
   for (const double late_s : {-2.0, -1.0}) {
-    EXPECT_FALSE(hear(stop(true, late_s)));
+    EXPECT_FALSE(receive(stop(true, late_s)));
     EXPECT_FALSE(gate_.stopped());
   }
-  EXPECT_TRUE(hear(stop(true, -0.5)));
+  EXPECT_TRUE(receive(stop(true, -0.5)));
   EXPECT_TRUE(gate_.stopped());
 }
 

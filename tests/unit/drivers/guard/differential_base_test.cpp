@@ -34,7 +34,7 @@ class TwoWheels : public DifferentialBase {
       DifferentialBase::judge_link, DifferentialBase::note_sign_of_life,
       DifferentialBase::silent_for, DifferentialBase::touched, DifferentialBase::turned;
 
-  double left_m_per_s = 0.0, right_m_per_s = 0.0;  ///< what it is told
+  double left_m_per_s = 0.0, right_m_per_s = 0.0;  ///< as ordered
   int times_due = 0;
   std::vector<int> due_steps;
   int steps = 0;

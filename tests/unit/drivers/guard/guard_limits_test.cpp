@@ -10,8 +10,8 @@ namespace {
 using testing::Guard;
 using ::testing::HasSubstr;
 
-// A base that brakes harder than the guard is told may be heavier one day.
-TEST_F(Guard, BrakesNoHarderThanItIsToldToRelyOn) {
+// A base that brakes harder than its setting says may be heavier one day.
+TEST_F(Guard, ReliesOnTheBrakingThatIsSetThoughTheBaseBrakesHarder) {
   options_.braking_m_per_s2 = 0.15;
   world_.room(3.0);
   begin_seeing();

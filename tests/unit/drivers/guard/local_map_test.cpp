@@ -226,10 +226,10 @@ TEST_P(FloorAround, PointsBeyondReachOrOutOfTheBodysHeightsAreNotKept) {
 
 TEST_P(FloorAround, PointsAreToldInTheRobotsFrameWithinItsReachForHalfAMinute) {
   put_point();
-  const auto told = map_.points_about(pose(0.5, 0.0, 1.0), 1.0, now_);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_NEAR(told[0].x(), 0.5 * std::cos(1.0), 1e-9);
-  EXPECT_NEAR(told[0].y(), -0.5 * std::sin(1.0), 1e-9);
+  const auto shown = map_.points_about(pose(0.5, 0.0, 1.0), 1.0, now_);
+  ASSERT_EQ(shown.size(), 1U);
+  EXPECT_NEAR(shown[0].x(), 0.5 * std::cos(1.0), 1e-9);
+  EXPECT_NEAR(shown[0].y(), -0.5 * std::sin(1.0), 1e-9);
   EXPECT_EQ(points(1.0).size(), 1U);
   EXPECT_EQ(points(0.8).size(), 0U);
   EXPECT_EQ(map_.points_about(pose(8.0, 0.0), 3.0, now_).size(), 0U) << "eight metres on";

@@ -1,4 +1,5 @@
-// What a person is told of a map: its verdict, its summary, and what the drive says of the set-up.
+// What is printed and reported of a map: its verdict, its summary, and what the drive says of the
+// set-up.
 #include <gmock/gmock.h>
 
 #include <nlohmann/json.hpp>
@@ -42,7 +43,7 @@ class VerdictOfADrive : public ShortDrive {
     verdict.diagnosis.reasons = {of_all, reason};
     return verdict;
   }
-  std::string told(const MapVerdict& verdict, bool with_pictures) const {
+  std::string printed(const MapVerdict& verdict, bool with_pictures) const {
     ::testing::internal::CaptureStdout();
     print_verdict(verdict, *job_, with_pictures);
     std::fflush(stdout);
@@ -53,7 +54,7 @@ class VerdictOfADrive : public ShortDrive {
 TEST_F(VerdictOfADrive, OfARightMapIsOneWord) {
   const auto verdict = judge_map(*job_);
   ASSERT_TRUE(verdict);
-  EXPECT_EQ(told(*verdict, true), "verdict: good\n");
+  EXPECT_EQ(printed(*verdict, true), "verdict: good\n");
   EXPECT_TRUE(doctor_pictures("", *verdict).empty());
   PictureOrder order;
   mark_picture(order, *verdict);
@@ -64,7 +65,7 @@ TEST_F(VerdictOfADrive, SaysWhereWhenAndWhyAndTheFixOnce) {
   MapVerdict verdict = wrong();
   verdict.diagnosis.reasons.push_back(verdict.diagnosis.reasons[1]);
   verdict.diagnosis.open_questions = {"is it a mirror image?"};
-  const std::string text = told(verdict, true);
+  const std::string text = printed(verdict, true);
   EXPECT_THAT(text, HasSubstr("wrong at (3.0, -2.0) m, 2.0 to 4.5 s: a wall stands where it was"));
   EXPECT_THAT(text, HasSubstr(": too few scans lie on the map\n"));
   EXPECT_THAT(text, HasSubstr("  picture: doctor_2.png\n"));
@@ -75,7 +76,7 @@ TEST_F(VerdictOfADrive, SaysWhereWhenAndWhyAndTheFixOnce) {
   EXPECT_EQ(text.find("suggested fix"), text.rfind("suggested fix"));
   EXPECT_THAT(text, HasSubstr("doubtful: is it a mirror image?\n"));
   EXPECT_THAT(text, EndsWith("\nverdict: wrong\n"));
-  EXPECT_THAT(told(verdict, false), Not(HasSubstr("picture")));
+  EXPECT_THAT(printed(verdict, false), Not(HasSubstr("picture")));
 }
 
 TEST_F(VerdictOfADrive, IsInTheReportWithEachReasonAndItsPicture) {

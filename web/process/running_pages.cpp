@@ -123,11 +123,14 @@ std::string qr_code(const std::string& /*text*/) { return ""; }
 
 PageEntry::PageEntry(const RunningPage& page)
     : path_((page_folder() / (host_mark() + std::to_string(getpid()))).string()) {
-  unlink(path_.c_str());
-  file_.reset(open(path_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
+  // Under another name until it is locked: an entry without a lock is removed by who reads it.
+  const std::string part = (page_folder() / ("new-" + std::to_string(getpid()))).string();
+  unlink(part.c_str());
+  file_.reset(open(part.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
   const std::string text = page.url + "\n" + page.token_file + "\n";
   if (!file_.is_open() || flock(file_.get(), LOCK_EX | LOCK_NB) != 0 ||
-      write(file_.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
+      write(file_.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size()) ||
+      rename(part.c_str(), path_.c_str()) != 0) {
     procman::throw_errno("cannot write " + path_);
   }
 }

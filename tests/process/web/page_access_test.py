@@ -149,6 +149,8 @@ class Address(unittest.TestCase):
         self.assertIn("no page", subprocess.run([PROGRAM, "--address"], capture_output=True, text=True).stderr)
         page = Page("--listen", ANY)
         local = Page("--listen", "127.0.0.1:8766")
+        for one in (page, local):
+            self.assertRegex(one.address, "^http", one.said())
         piped = subprocess.run([PROGRAM, "--address"], capture_output=True, text=True)
         self.assertEqual(len(piped.stdout.splitlines()), 2)
         self.assertIn("http://127.0.0.1:8766/\n", piped.stdout)

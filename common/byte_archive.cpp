@@ -49,6 +49,10 @@ std::string seal(std::string_view name, uint32_t version, std::string_view paylo
 }
 
 std::string_view unseal(std::string_view name, uint32_t version, std::string_view sealed) {
+  return unseal(name, version, version, sealed).payload;
+}
+
+Unsealed unseal(std::string_view name, uint32_t oldest, uint32_t newest, std::string_view sealed) {
   require(sealed.substr(0, kNameBytes) == name, "is no " + std::string(name) + " file");
   require(sealed.size() >= kHeadBytes + sizeof(uint32_t), "is truncated");
   const auto found = number_at<uint32_t>(sealed, kNameBytes);
@@ -56,12 +60,12 @@ std::string_view unseal(std::string_view name, uint32_t version, std::string_vie
   require(length == sealed.size() - kHeadBytes - sizeof(uint32_t), "is truncated");
   const std::size_t end = sealed.size() - sizeof(uint32_t);
   require(number_at<uint32_t>(sealed, end) == crc32(sealed.substr(0, end)), "is damaged");
-  require(found == version,
+  require(found >= oldest && found <= newest,
           "is of version " + std::to_string(found) + "; this program reads version " +
-              std::to_string(version) +
-              (found < version ? ": open it with the release that wrote it, or start without it"
-                               : ": a newer release wrote it"));
-  return sealed.substr(kHeadBytes, length);
+              std::to_string(newest) +
+              (found < oldest ? ": open it with the release that wrote it, or start without it"
+                              : ": a newer release wrote it"));
+  return {sealed.substr(kHeadBytes, length), found};
 }
 
 }  // namespace marco

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstring>
 #include <deque>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -44,8 +45,12 @@ class ByteWriter {
 class ByteReader {
  public:
   static constexpr bool kReads = true;
+  static constexpr uint32_t kNewest = std::numeric_limits<uint32_t>::max();
 
-  explicit ByteReader(std::string_view bytes) : bytes_(bytes) {}
+  /// @param layout  of the file's fields, see ArchiveVisitor
+  explicit ByteReader(std::string_view bytes, uint32_t layout = kNewest)
+      : bytes_(bytes), layout_(layout) {}
+  uint32_t layout() const { return layout_; }
   void raw(void* to, std::size_t count) {
     require(count <= bytes_.size(), "is truncated");
     if (count > 0) std::memcpy(to, bytes_.data(), count);
@@ -56,6 +61,7 @@ class ByteReader {
 
  private:
   std::string_view bytes_;
+  uint32_t layout_;
 };
 
 /// Counts the bytes that a ByteWriter would append.
@@ -136,7 +142,8 @@ void archive(Archive& bytes, std::optional<T>& value) {
   if (known) archive(bytes, *value);
 }
 
-/// Passes each field that a visit() lists to archive().
+/// Passes each field that a visit() lists to archive(). Files of an older layout lack the fields
+/// that came since, and hold some that are gone.
 template <class Archive>
 class ArchiveVisitor {
  public:
@@ -145,8 +152,23 @@ class ArchiveVisitor {
   void operator()(const char*, Field& field) {
     archive(*bytes_, field);
   }
+  /// A field that files have from this layout on; of older ones it keeps its default.
+  template <class Field>
+  void since(uint32_t layout, const char*, Field& field) {
+    if (!is_older_than(layout)) archive(*bytes_, field);
+  }
+  /// A field that files had before this layout.
+  template <class Field>
+  void before(uint32_t layout, const char*) {
+    Field gone{};
+    if (is_older_than(layout)) archive(*bytes_, gone);
+  }
 
  private:
+  bool is_older_than(uint32_t layout) const {
+    if constexpr (Archive::kReads) return bytes_->layout() < layout;
+    return false;
+  }
   Archive* bytes_;
 };
 
@@ -189,8 +211,15 @@ uint32_t crc32(std::string_view bytes);
 /// An envelope about the bytes: `name` (8 letters), version, length, the payload, its CRC-32.
 std::string seal(std::string_view name, uint32_t version, std::string_view payload);
 
-/// The payload of an envelope. @throws std::invalid_argument "is no NAME file", "is of version N
-/// ...", "is truncated" or "is damaged".
+/// The payload of an envelope of this version. @throws std::invalid_argument "is no NAME file", "is
+/// of version N ...", "is truncated" or "is damaged".
 std::string_view unseal(std::string_view name, uint32_t version, std::string_view sealed);
+
+/// The same of any version from the oldest to the newest.
+struct Unsealed {
+  std::string_view payload;
+  uint32_t version;
+};
+Unsealed unseal(std::string_view name, uint32_t oldest, uint32_t newest, std::string_view sealed);
 
 }  // namespace marco

@@ -12,6 +12,7 @@ namespace {
 // Of a steep laser that the robot sweeps: less repeats the row; and a sweep ends while the path is
 // still sure of its beginning.
 constexpr double kStepM = 0.01, kStepDeg = 0.25, kLongestDriveM = 4.0;
+constexpr double kCreepM = 0.001;  // the path of a robot that stands is still
 
 struct Direction {
   double cosine;
@@ -205,7 +206,9 @@ std::optional<Scene> SceneBuilder::add(SceneRow row, double pan_rad, double tilt
       rows_.push_back(std::move(row));
       return std::nullopt;
     }
-    if (!over && rows_.size() > 1) return std::nullopt;  // the same row once more
+    // The same row once more. Of a robot that creeps the first one stays: its steps add up.
+    const bool creeps = drove.translation_m().norm() > kCreepM;
+    if (!over && (rows_.size() > 1 || creeps)) return std::nullopt;
     std::optional<Scene> scene = over ? finish() : std::nullopt;
     start(std::move(row), pan_rad, tilt_rad);
     return scene;

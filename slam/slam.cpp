@@ -1,5 +1,7 @@
 #include "slam/slam.hpp"
 
+#include <algorithm>
+
 #include "lcm_tools/base/check.hpp"
 #include "slam/front_end/straightening.hpp"
 #include "slam/map/covered_laser.hpp"
@@ -8,15 +10,15 @@
 namespace marco::slam {
 namespace {
 
-// Of an edge between consecutive keyframes, added to the match's own covariance: what a match
-// cannot know of itself (motion in the scan, a moving crowd, the local map's own error).
+// Of a match, added to its own covariance where it makes an edge between consecutive keyframes:
+// what it cannot know of itself (motion in the scan, a moving crowd, the local map's own error).
 constexpr double kEdgeSigmaM = 0.008;
 constexpr double kEdgeSigmaDeg = 0.10;
 // No prediction is believed better than this.
 constexpr double kPredictionSigmaM = 0.001, kPredictionSigmaRad = 0.001;
 
-Eigen::Matrix3d prediction_covariance() {
-  return diagonal_covariance(kPredictionSigmaM, kPredictionSigmaRad);
+Eigen::Matrix3d prediction_information(const Eigen::Matrix3d& covariance) {
+  return information_of(covariance + diagonal_covariance(kPredictionSigmaM, kPredictionSigmaRad));
 }
 
 // Keyframes examined for each new one, so that no scan waits for many.
@@ -41,7 +43,8 @@ SlamUpdate Slam::process(const SlamInput& input) {
   // add up over the scans of a sweep.
   if (!predicted.is_matched && predicted.guess.source == MotionGuess::Source::odometry) {
     const Pose2& carried_on = predicted.prior.map_from_robot;
-    SlamUpdate update = note_scan(input, {carried_on, predicted.covariance}, false);
+    SlamUpdate update = note_scan(
+        input, {carried_on, predicted.in_world.covariance + predicted.scale.covariance()}, false);
     update.covered = predicted.covered;
     return update;
   }
@@ -49,13 +52,15 @@ SlamUpdate Slam::process(const SlamInput& input) {
   const bool refused = refuse(matched.match, predicted);
   move(matched, predicted);
   SlamUpdate update;
-  update.became_key = predicted.is_matched && !refused && becomes_keyframe(input, matched);
+  update.became_key = predicted.is_matched && !refused && becomes_keyframe(input);
   if (update.became_key) {
-    add_keyframe(input, matched.points, predicted.guess.source);
+    add_keyframe(input, matched.points);
     update.trajectory_changed = search_loops();
     cull_keyframes();
   }
-  const SlamUpdate noted = note_scan(input, estimate_, matched.match.usable);
+  const SlamUpdate noted =
+      note_scan(input, {estimate_.world_from_robot, estimate_.covariance + scale_.covariance()},
+                matched.match.usable);
   const bool edited = add_edited_loops();
   update.world_from_robot = edited ? estimate_.world_from_robot : noted.world_from_robot;
   update.covariance = noted.covariance;
@@ -67,6 +72,11 @@ SlamUpdate Slam::process(const SlamInput& input) {
   return update;
 }
 
+PosePrior Slam::prior_of(const PoseWithCovariance& predicted) {
+  return {predicted.world_from_robot, prediction_information(predicted.covariance),
+          match_gates::kPriorFreedom};
+}
+
 Slam::Prediction Slam::predict(const SlamInput& input) {
   const Eigen::Index returns = input.level ? input.scan.hits_in_robot.cols() : 0;
   const bool has_points = returns >= options_.gates.min_points;
@@ -74,10 +84,16 @@ Slam::Prediction Slam::predict(const SlamInput& input) {
   predicted.motion = input.motion;
   predicted.motion.first_from_middle = first_from_middle(input.scan);
   predicted.guess = motion_.guess(predicted.motion, has_points);
-  const MotionGuess& guess = predicted.guess;
-  const PoseWithCovariance now = dead_reckoned(estimate_, guess.before_from_now, guess.covariance);
-  predicted.covariance = now.covariance + prediction_covariance();
-  predicted.prior = {now.world_from_robot, information_of(predicted.covariance)};
+  predicted.carried = drift_.carried(predicted.guess);
+  PoseWithCovariance now = predicted.carried.drifted;
+  now.covariance += predicted.carried.jitter;
+  predicted.prior = prior_of(now);
+  predicted.in_world =
+      dead_reckoned(estimate_, predicted.guess.before_from_now, predicted.guess.drift);
+  predicted.scale = scale_;
+  if (predicted.carried.by_odometry) {
+    predicted.scale.carry(estimate_.world_from_robot, now.world_from_robot);
+  }
   if (has_points) {
     const Pose2 places[] = {now.world_from_robot, estimate_.world_from_robot};
     covered_ = laser_is_covered(input.scan.hits_in_robot, input.scan.sensor_in_robot, places,
@@ -85,8 +101,8 @@ Slam::Prediction Slam::predict(const SlamInput& input) {
     predicted.covered = covered_;
   }
   // Few returns refine the odometry's pose, and do not judge the odometry.
-  predicted.refines = !has_points && guess.source == MotionGuess::Source::odometry &&
-                      returns >= match_gates::kFewestPoints;
+  predicted.refines =
+      !has_points && predicted.carried.by_odometry && returns >= match_gates::kFewestPoints;
   predicted.is_matched = (has_points && !predicted.covered) || predicted.refines;
   return predicted;
 }
@@ -113,28 +129,41 @@ bool Slam::refuse(ScanMatch& match, const Prediction& predicted) {
 /// To where the match, the prediction and, of a robot that stands, the matches before say.
 void Slam::move(const MatchedScan& matched, const Prediction& predicted) {
   const ScanMatch& match = matched.match;
-  const MotionGuess& guess = predicted.guess;
   const Pose2 before = estimate_.world_from_robot;
-  const Eigen::Matrix3d since_keyframe =
-      dead_reckoned({before, since_keyframe_}, guess.before_from_now, guess.covariance).covariance +
-      prediction_covariance();
-  since_keyframe_ =
-      covariance_of(information_of(since_keyframe) + match.information) + matched.doubt;
+  const Pose2 carried_from = drift_.state().drifted.world_from_robot;
+  const PosePrior& prior = predicted.prior;
+  const double weight =
+      std::min(1.0, prior.weight(difference(match.world_from_robot, prior.map_from_robot)));
+  const Eigen::Matrix3d unknown = diagonal_covariance(kEdgeSigmaM, deg_to_rad(kEdgeSigmaDeg));
+  edge_covariance_ =
+      covariance_of(weight * prediction_information(predicted.carried.since_keyframe) +
+                    with_noise(match.information, unknown));
   const bool stands = motion_.stands_still(predicted.motion, match.information);
-  estimate_ = estimate_from(match, predicted.prior, stands);
+  const Eigen::Matrix3d predicted_information =
+      weight * prediction_information(predicted.in_world.covariance);
+  estimate_ = estimate_from(match, predicted_information, stands);
+  scale_ = predicted.scale;
+  scale_.correct(estimate_.covariance * predicted_information);
   const Pose2& now = estimate_.world_from_robot;
+  if (!keyframes_.keys.empty() && match.usable) {
+    // Neither few returns nor a robot that stands tell how a reading errs.
+    const bool judges_jitter = !predicted.refines && !stands;
+    drift_.correct(predicted.carried, {now, match.information, weight, judges_jitter},
+                   motion_.odometry_noise());
+  } else {
+    drift_.follow(predicted.carried);
+  }
   motion_.update(predicted.motion, between(before, now), match.usable && !predicted.refines,
                  rotated(covariance_of(match.information), -before.theta_rad));
   if (match.usable) {
-    path_.spread_correction(predicted.prior.map_from_robot, now, keyframes_.keys);
+    path_.spread_correction(carried_from, predicted.prior.map_from_robot, now, keyframes_.keys);
   }
 }
 
-bool Slam::becomes_keyframe(const SlamInput& input, const MatchedScan& matched) const {
+bool Slam::becomes_keyframe(const SlamInput& input) const {
   return gate_.may_draw() && input.may_draw &&
-         (!matched.doubt.isZero() ||  // it belongs to this step alone
-          keyframes_.is_due(estimate_.world_from_robot, input.scan.sensor_heading_rad,
-                            options_.keyframes));
+         keyframes_.is_due(estimate_.world_from_robot, input.scan.sensor_heading_rad,
+                           options_.keyframes);
 }
 
 SlamUpdate Slam::note_scan(const SlamInput& input,
@@ -151,12 +180,12 @@ SlamUpdate Slam::note_scan(const SlamInput& input,
 }
 
 PoseWithCovariance Slam::estimate_from(const ScanMatch& match,
-                                       const PosePrior& prior,
+                                       const Eigen::Matrix3d& information,
                                        bool stands) {
   PoseWithCovariance estimate{match.world_from_robot};
   // Until there is a map, the place is where the map begins.
   if (!keyframes_.keys.empty()) {
-    estimate.covariance = covariance_of(prior.information + match.information);
+    estimate.covariance = covariance_of(information + match.information);
   }
   if (!match.usable || !stands) {
     standing_.reset();
@@ -176,9 +205,7 @@ PoseWithCovariance Slam::estimate_from(const ScanMatch& match,
       correction->covariance};
 }
 
-void Slam::add_keyframe(const SlamInput& input,
-                        const OrientedPoints& points,
-                        MotionGuess::Source source) {
+void Slam::add_keyframe(const SlamInput& input, const OrientedPoints& points) {
   Keyframe key{input.scan.utime,           points,
                input.scan.sensor_in_robot, input.scan.sensor_heading_rad,
                estimate_.world_from_robot, 0.0};
@@ -188,18 +215,14 @@ void Slam::add_keyframe(const SlamInput& input,
     const Pose2 measured = between(before.world_from_robot, key.world_from_robot);
     key.path_m = before.path_m + measured.translation_m().norm();
     const Eigen::Matrix3d covariance =
-        rotated(since_keyframe_, -before.world_from_robot.theta_rad) +
-        diagonal_covariance(kEdgeSigmaM, deg_to_rad(kEdgeSigmaDeg));
+        rotated(edge_covariance_, -before.world_from_robot.theta_rad);
     // The graph's error lives in the frame of the newer keyframe.
     back_end_.add_edge({node - 1, node, measured,
                         information_of(rotated(covariance, -measured.theta_rad)), false});
   }
-  // Odometry's errors are new at each step; those of a velocity that is carried on are not, and add
-  // up.
-  if (source == MotionGuess::Source::odometry) since_keyframe_.setZero();
   path_.add_keyframe(key.utime, node);
   keyframes_.keys.push_back(std::move(key));
-  local_map_.extend(keyframes_);
+  drift_.begin_at_keyframe(local_map_.extend(keyframes_), motion_.odometry_noise());
 }
 
 bool Slam::search_loops() {
@@ -261,12 +284,14 @@ void Slam::merge_keyframe(int key, const MergedKeyframe& merged) {
 
 void Slam::move_keyframes(const std::vector<Pose2>& world_from_keys) {
   std::vector<Keyframe>& keys = keyframes_.keys;
-  const Pose2 key_from_robot = between(keys.back().world_from_robot, estimate_.world_from_robot);
+  const Pose2 before = estimate_.world_from_robot;
+  const Pose2 key_from_robot = between(keys.back().world_from_robot, before);
   path_.spread_moves(keys, world_from_keys);
   for (std::size_t key = 0; key < keys.size(); ++key) {
     keys[key].world_from_robot = world_from_keys[key];
   }
   estimate_.world_from_robot = keys.back().world_from_robot * key_from_robot;
+  drift_.move_with_map(before, estimate_.world_from_robot);
   ++revision_;
   standing_.reset();
   local_map_.rebuild(keyframes_);
@@ -281,10 +306,9 @@ JointRefinementResult Slam::finish() {
 OccupancyGrid Slam::grid() const { return draw_grid(keyframes_.keys, options_.grid); }
 
 SlamState Slam::state() const {
-  SlamState state{keyframes_, path_.state(),   back_end_.state(), culling_.state(),
-                  noise_,     motion_.state(), estimate_,         since_keyframe_,
-                  {},         gate_.state(),   covered_,          local_map_.centre_m(),
-                  revision_};
+  SlamState state{keyframes_,      path_.state(), back_end_.state(),     culling_.state(), noise_,
+                  motion_.state(), estimate_,     drift_.state(),        scale_,           {},
+                  gate_.state(),   covered_,      local_map_.centre_m(), revision_};
   if (standing_) state.zero_velocity = standing_->state();
   return state;
 }
@@ -298,7 +322,8 @@ void Slam::restore(const SlamState& state) {
   noise_ = state.noise;
   motion_.restore(state.motion);
   estimate_ = state.estimate;
-  since_keyframe_ = state.since_keyframe;
+  drift_.restore(state.drift.value_or(CarriedPose::at(state.estimate)));
+  scale_ = state.scale;
   standing_.reset();
   if (state.zero_velocity) standing_.emplace(*state.zero_velocity);
   gate_.restore(state.gate);

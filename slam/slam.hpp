@@ -10,11 +10,13 @@
 #include "lcm_tools/base/options.hpp"
 #include "slam/back_end/back_end.hpp"
 #include "slam/back_end/edited_loops.hpp"
+#include "slam/front_end/drift_filter.hpp"
 #include "slam/front_end/match_gate.hpp"
 #include "slam/front_end/motion_model.hpp"
 #include "slam/front_end/pose_with_covariance.hpp"
 #include "slam/front_end/range_noise.hpp"
 #include "slam/front_end/scan_matcher.hpp"
+#include "slam/front_end/unknown_scale.hpp"
 #include "slam/front_end/zero_velocity_update.hpp"
 #include "slam/grid/occupancy_grid.hpp"
 #include "slam/map/keyframe.hpp"
@@ -123,7 +125,10 @@ class Slam {
   void forget_motion() { motion_ = MotionModel(options_.motion); }
   /// See MotionModel.
   ScanVelocity velocity_during(const std::optional<Pose2>& odometry_step, double duration_s) const {
-    return motion_.velocity_during(odometry_step, duration_s);
+    return motion_.velocity_during(
+        odometry_step ? std::optional(drift_.state().bias.corrected(*odometry_step, false))
+                      : std::nullopt,
+        duration_s);
   }
 
   /// The occupancy grid of all keyframes at their newest poses.
@@ -169,17 +174,20 @@ class Slam {
   struct Prediction {
     MotionInput motion;
     MotionGuess guess;
-    PosePrior prior;
-    Eigen::Matrix3d covariance;  ///< the prior's
-    bool covered = false;        ///< something covered the laser
-    bool refines = false;        ///< it has few returns: they refine the odometry's pose
+    CarriedPose carried;
+    PosePrior prior;              ///< against the local map
+    PoseWithCovariance in_world;  ///< that of `estimate_`, carried on
+    UnknownScale scale;
+    bool covered = false;  ///< something covered the laser
+    bool refines = false;  ///< it has few returns: they refine the odometry's pose
     bool is_matched = false;
   };
   Prediction predict(const SlamInput& input);
   MatchedScan matched_scan(const SlamInput& input, Prediction& predicted);
   bool refuse(ScanMatch& match, const Prediction& predicted);
   void move(const MatchedScan& matched, const Prediction& predicted);
-  bool becomes_keyframe(const SlamInput& input, const MatchedScan& matched) const;
+  static PosePrior prior_of(const PoseWithCovariance& predicted);
+  bool becomes_keyframe(const SlamInput& input) const;
   /// Oriented and matched as it is.
   MatchedScan matched_as_is(DeskewedScan scan,
                             const PosePrior& prior,
@@ -189,9 +197,6 @@ class Slam {
   MatchedScan matched_scan(const SlamInput& input,
                            const PosePrior& prior,
                            MotionGuess::Source source);
-  /// Where matches have fallen behind odometry or run ahead of it, each step by a little: the scan
-  /// decides between both places.
-  void try_where_odometry_says(const MotionInput& input, MatchedScan& best) const;
   /// Odometry may have jumped beyond every search window. The scan decides between the match and
   /// one at the constant-velocity prediction.
   void try_where_velocity_says(const MotionInput& input, MatchedScan& best);
@@ -202,10 +207,11 @@ class Slam {
                         MotionGuess::Source source);
   SlamUpdate note_scan(const SlamInput& input, const PoseWithCovariance& estimate, bool matched);
   /// By the match and the prediction; of a robot that stands, by all matches from its place.
-  PoseWithCovariance estimate_from(const ScanMatch& match, const PosePrior& prior, bool stands);
-  void add_keyframe(const SlamInput& input,
-                    const OrientedPoints& points,
-                    MotionGuess::Source source);
+  /// @param information  of the prediction
+  PoseWithCovariance estimate_from(const ScanMatch& match,
+                                   const Eigen::Matrix3d& information,
+                                   bool stands);
+  void add_keyframe(const SlamInput& input, const OrientedPoints& points);
   bool search_loops();
   bool add_edited_loops();
   /// A few keyframes whose loops were examined are merged into older ones.
@@ -217,9 +223,11 @@ class Slam {
   ScanMatcher matcher_;
   RangeNoise noise_;
   MotionModel motion_;
+  DriftFilter drift_;
   PoseWithCovariance estimate_;  ///< at the last scan that was matched, or carried without odometry
+  UnknownScale scale_;           ///< there
   /// Of the pose seen from the newest keyframe, world axes: what an edge of the graph is worth.
-  Eigen::Matrix3d since_keyframe_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d edge_covariance_ = Eigen::Matrix3d::Zero();
   std::optional<ZeroVelocityUpdate> standing_;  ///< nothing while the robot moves
   bool covered_ = false;                        ///< the laser was, in the last scan with returns
   MatchGate gate_;

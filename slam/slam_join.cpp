@@ -103,7 +103,9 @@ void Slam::join(const SlamState& session, const PoseGraphEdge& edge) {
   path_.append(session.path, first_key, world_from_session);
   culling_.skip_to(static_cast<int>(keys.size()));
   estimate_ = {world_from_session * session.estimate.world_from_robot, session.estimate.covariance};
-  since_keyframe_ = session.since_keyframe;
+  drift_.restore(session.drift.value_or(CarriedPose::at(session.estimate)));
+  scale_ = session.scale;
+  drift_.move_with_map(session.estimate.world_from_robot, estimate_.world_from_robot);
   motion_.restore(session.motion);
   standing_.reset();
   gate_.restore(session.gate);

@@ -7,8 +7,8 @@
 #include "common/input/deskew.hpp"
 #include "slam/front_end/straightening.hpp"
 
-// How a scan is matched: as it was deskewed, bent otherwise, where odometry says, and at the
-// constant-velocity prediction.
+// How a scan is matched: as it was deskewed, bent otherwise, and at the constant-velocity
+// prediction.
 namespace marco::slam {
 
 SlamInput slam_input(const SynchronizedScan& scan, const ScanVelocity& velocity) {
@@ -54,43 +54,11 @@ MatchedScan Slam::matched_scan(const SlamInput& input,
   if (best.match.overlap < sure) {
     best = best_bent(std::move(best), input.scan, straightening, prior, source);
   }
-  if (source == MotionGuess::Source::odometry) {
-    try_where_odometry_says(input.motion, best);
-    if (best.match.overlap < options_.gates.sure_overlap) {
-      try_where_velocity_says(input.motion, best);
-    }
-  }
-  // Loop closures will show which pose is right.
-  if (best.doubt.isZero()) {
-    const Eigen::Vector2d& shift_m = best.match.rival_shift_m;
-    best.doubt.topLeftCorner<2, 2>() = shift_m * shift_m.transpose();
+  if (source == MotionGuess::Source::odometry && best.match.overlap < options_.gates.sure_overlap) {
+    try_where_velocity_says(input.motion, best);
   }
   best.misfits_m2 = straightening.misfits_m2(best, input.rival_times_s);
   return best;
-}
-
-// Matches can fall behind odometry by a little each scan: along clutter at a wall, by 1.4 m in all.
-void Slam::try_where_odometry_says(const MotionInput& input, MatchedScan& best) const {
-  const Pose2& before = estimate_.world_from_robot;
-  const auto missed =
-      motion_.odometry_left_behind(input, between(before, best.match.world_from_robot));
-  if (!missed) return;
-  const PoseWithCovariance predicted =
-      dead_reckoned({before}, missed->before_from_now, missed->covariance);
-  const PosePrior prior{predicted.world_from_robot, information_of(predicted.covariance)};
-  const ScanMatch there =
-      matcher_.match_again(best.points, prior.map_from_robot, prior, local_map_);
-  if (!there.usable || there.overlap + match_gates::kProvesLie <= best.match.overlap) return;
-  const Eigen::Vector2d jump_m =
-      there.world_from_robot.translation_m() - best.match.world_from_robot.translation_m();
-  const Eigen::Vector2d asked_m =
-      prior.map_from_robot.translation_m() - best.match.world_from_robot.translation_m();
-  // Wheels that slip in a bare corridor look the same: loop closure decides. A match that returned
-  // to odometry confirms it.
-  if (jump_m.norm() > match_gates::kStayed * asked_m.norm()) {
-    best.doubt.topLeftCorner<2, 2>() = jump_m * jump_m.transpose();
-  }
-  best.match = there;
 }
 
 void Slam::try_where_velocity_says(const MotionInput& input, MatchedScan& best) {
@@ -98,13 +66,11 @@ void Slam::try_where_velocity_says(const MotionInput& input, MatchedScan& best) 
   motion.first_from_middle = first_from_middle(best.scan);
   const MotionGuess guess = motion_.guess_by_velocity(motion);
   if (guess.source != MotionGuess::Source::velocity) return;
-  const PoseWithCovariance predicted =
-      dead_reckoned(estimate_, guess.before_from_now, guess.covariance);
-  const PosePrior prior{predicted.world_from_robot, information_of(predicted.covariance)};
+  const PosePrior prior = prior_of(dead_reckoned(estimate_, guess.before_from_now, guess.drift));
   const Pose2 off = between(prior.map_from_robot, best.match.world_from_robot);
-  if (off.translation_m().norm() <= match_gates::kNarrowestM &&
-      std::abs(off.theta_rad) <= deg_to_rad(match_gates::kNarrowestDeg)) {
-    return;  // a search from there would find the same
+  if (off.translation_m().norm() <= match_gates::kSameStartM &&
+      std::abs(off.theta_rad) <= deg_to_rad(match_gates::kSameStartDeg)) {
+    return;
   }
   const ScanMatch there = matcher_.match(best.points, prior, guess.source, keyframes_, local_map_);
   const auto points = static_cast<double>(best.points.points.cols());

@@ -4,10 +4,12 @@
 #include <optional>
 
 #include "slam/back_end/back_end.hpp"
+#include "slam/front_end/drift_filter.hpp"
 #include "slam/front_end/match_gate.hpp"
 #include "slam/front_end/motion_model.hpp"
 #include "slam/front_end/pose_with_covariance.hpp"
 #include "slam/front_end/range_noise.hpp"
+#include "slam/front_end/unknown_scale.hpp"
 #include "slam/front_end/zero_velocity_update.hpp"
 #include "slam/map/keyframe.hpp"
 #include "slam/map/keyframe_culling.hpp"
@@ -25,7 +27,8 @@ struct SlamState {
   RangeNoise noise;
   MotionState motion;
   PoseWithCovariance estimate;
-  Eigen::Matrix3d since_keyframe = Eigen::Matrix3d::Zero();
+  std::optional<CarriedPose> drift;  ///< nothing: it begins at the estimate
+  UnknownScale scale;
   std::optional<ZeroVelocityState> zero_velocity;  ///< while the robot stands
   MatchGateState gate;
   bool covered = false;  ///< the laser was, in the last scan with returns
@@ -41,7 +44,9 @@ struct SlamState {
     v("noise", noise);
     v("motion", motion);
     v("estimate", estimate);
-    v("since_keyframe", since_keyframe);
+    v.template before<Eigen::Matrix3d>(kDriftLayout, "since_keyframe");
+    v.since(kDriftLayout, "drift", drift);
+    v.since(kDriftLayout, "scale", scale);
     v("zero_velocity", zero_velocity);
     v("gate", gate);
     v("covered", covered);

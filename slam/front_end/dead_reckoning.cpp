@@ -26,7 +26,8 @@ Eigen::Matrix3d covariance_after(double dt_s, const MotionOptions& options) {
 MotionGuess DeadReckoning::by_time(Utime now) const {
   const double dt_s = (now - *state_.newest).seconds();
   const double dt = std::clamp(dt_s, 0.0, kMaxGapS);
-  MotionGuess guess{{}, covariance_after(dt, options_), MotionGuess::Source::nothing};
+  MotionGuess guess;
+  guess.drift = covariance_after(dt, options_);
   if (velocity_ && dt == dt_s) {
     guess.source = MotionGuess::Source::velocity;
     guess.before_from_now = velocity_->after(dt);
@@ -36,7 +37,9 @@ MotionGuess DeadReckoning::by_time(Utime now) const {
 
 MotionGuess DeadReckoning::by_scans() const {
   const double dt_s = std::min(state_.scan_period_s, kMaxGapS);
-  return {state_.last_step, covariance_after(dt_s, options_), MotionGuess::Source::velocity};
+  MotionGuess guess{state_.last_step, covariance_after(dt_s, options_)};
+  guess.source = MotionGuess::Source::velocity;
+  return guess;
 }
 
 bool DeadReckoning::scans_are_the_clock(Utime now) const {

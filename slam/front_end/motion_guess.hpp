@@ -9,12 +9,8 @@
 
 namespace marco::slam {
 
-/// Standard deviations of a move before its scan is matched. Odometry is weighted far below its
-/// own accuracy: as a prior it must help where the scan is silent (a bare corridor) and give way
-/// everywhere else.
+/// How a robot may move. How well its odometry knows that, OdometryNoise learns.
 struct MotionOptions {
-  double sigma_per_m = 0.15;
-  double sigma_deg_per_deg = 0.15;
   double gyro_sigma_deg_per_s = 0.3;
   /// Without odometry: how much the velocity may change.
   double acceleration_m_per_s2 = 1.5;
@@ -24,11 +20,6 @@ struct MotionOptions {
 
   template <class Visitor>
   void visit(Visitor& v) {
-    v("sigma_per_m", sigma_per_m, kNotNegative,
-      "Standard deviation of odometry per metre driven. More for wheels that slip.");
-    v("sigma_deg_per_deg", sigma_deg_per_deg, kNotNegative,
-      "Standard deviation of odometry's heading per degree turned. More for tracks and skid "
-      "steering.");
     v.advanced("gyro_sigma_deg_per_s", gyro_sigma_deg_per_s, kPositive,
                "Standard deviation of the gyroscope's rate.");
     v.advanced("acceleration_m_per_s2", acceleration_m_per_s2, kPositive,
@@ -48,9 +39,13 @@ struct MotionGuess {
   enum class Source { odometry, velocity, nothing };
 
   Pose2 before_from_now;
-  /// Of (x, y, theta) in the frame before; position and heading are independent.
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();
+  /// Covariances of (x, y, theta) in the frame before; position and heading are independent. Drift
+  /// adds up from move to move; jitter is this reading's alone.
+  Eigen::Matrix3d drift = Eigen::Matrix3d::Identity(), jitter = Eigen::Matrix3d::Zero();
   Source source = Source::nothing;
+  bool turn_by_gyro = false;
+
+  Eigen::Matrix3d covariance() const { return drift + jitter; }
 };
 
 /// The velocity of a robot that moved by `moved` in `dt_s`; nothing when the time is too short to
@@ -59,7 +54,7 @@ std::optional<Velocity2> believed_velocity(const Pose2& moved,
                                            double dt_s,
                                            const MotionOptions& options);
 
-/// The floor under any guess of a move: what a stamp's jitter does to it.
+/// The floor under a guess by velocity: what a stamp's jitter does to it.
 inline constexpr double kMoveSigmaM = 0.01, kMoveSigmaDeg = 0.5;
 
 }  // namespace marco::slam

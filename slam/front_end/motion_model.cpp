@@ -5,49 +5,36 @@
 
 #include "common/covariance.hpp"
 #include "common/input/odometry_track.hpp"
-#include "slam/front_end/match_gates.hpp"
 
 namespace marco::slam {
 namespace {
 
-// Of the heading, for each metre: wheels that differ, and floors that let them slip.
-constexpr double kSigmaDegPerM = 2.0;
-
 // Odometry that claims more between two scans is not believed.
 constexpr double kMaxStepM = 8.0;
+
+// Of a gyroscope's heading: its stamps.
+constexpr double kGyroJitterDeg = 0.1;
 
 double square(double value) { return value * value; }
 
 void take_translation(const MotionGuess& from, MotionGuess& guess) {
   guess.before_from_now.x_m = from.before_from_now.x_m;
   guess.before_from_now.y_m = from.before_from_now.y_m;
-  guess.covariance.topLeftCorner<2, 2>() = from.covariance.topLeftCorner<2, 2>();
+  guess.drift.topLeftCorner<2, 2>() = from.drift.topLeftCorner<2, 2>();
+  guess.jitter.topLeftCorner<2, 2>() = from.jitter.topLeftCorner<2, 2>();
 }
 
 void take_rotation(const MotionGuess& from, MotionGuess& guess) {
   guess.before_from_now.theta_rad = from.before_from_now.theta_rad;
-  guess.covariance(2, 2) = from.covariance(2, 2);
+  guess.drift(2, 2) = from.drift(2, 2);
+  guess.jitter(2, 2) = from.jitter(2, 2);
+  guess.turn_by_gyro = from.turn_by_gyro;
 }
 
 }  // namespace
 
 MotionModel::MotionModel(const MotionOptions& options) : options_(options), reckoning_(options) {
   validate(options, "motion");
-}
-
-Eigen::Matrix3d MotionModel::covariance_of_odometry(const Pose2& way) const {
-  const double distance_m = way.translation_m().norm();
-  const double sigma_deg = kMoveSigmaDeg + kSigmaDegPerM * distance_m +
-                           options_.sigma_deg_per_deg * std::abs(rad_to_deg(way.theta_rad));
-  const OdometryNoise& noise = state_.odometry_noise;
-  const double ahead_m =
-      std::hypot(kMoveSigmaM, noise.ahead_per_m(options_.sigma_per_m) * distance_m);
-  // The noise is learned from steps of a second; over a long one the heading errs on the way.
-  const double across_m =
-      std::hypot(kMoveSigmaM, noise.sigma_per_m(options_.sigma_per_m) * distance_m,
-                 0.5 * deg_to_rad(sigma_deg) * distance_m);
-  const Eigen::Vector3d variance(square(ahead_m), square(across_m), square(deg_to_rad(sigma_deg)));
-  return rotated(variance.asDiagonal(), std::atan2(way.y_m, way.x_m));
 }
 
 bool MotionModel::has_stood_still(const MotionInput& now) const {
@@ -62,24 +49,21 @@ std::optional<MotionGuess> MotionModel::from_odometry(const MotionInput& now) co
   const double dt_s = (now.utime - before.utime).seconds();
   const double distance_m = step.translation_m().norm();
   if (distance_m > std::max(kMaxStepM, options_.max_speed_m_per_s * dt_s)) return std::nullopt;
-  Eigen::Matrix3d covariance = covariance_of_odometry(step);
+  MotionGuess guess{step, state_.odometry_noise.drift(step), state_.odometry_noise.jitter(),
+                    MotionGuess::Source::odometry};
   // A stamp off the beat may belong to another moment than the step, unless the step is a usual
   // one.
   const double off_m = std::min(now.off_beat * state_.move_m, std::abs(distance_m - state_.move_m));
   const double off_rad = std::min(now.off_beat * state_.turn_rad,
                                   std::abs(std::abs(step.theta_rad) - state_.turn_rad));
-  covariance += diagonal_covariance(off_m, off_rad);
+  guess.jitter += diagonal_covariance(off_m, off_rad);
   // Of odometry that exceeds the limits the last velocity knows as much.
   const double passed_s = std::max(dt_s, now.scan_period_s);
   if (passed_s > 1e-3 && !believed_velocity(step, passed_s, options_)) {
     const Velocity2 velocity = reckoning_.velocity().value_or(Velocity2{});
-    covariance.diagonal() += between(velocity.after(passed_s), step).vector().cwiseAbs2();
+    guess.drift.diagonal() += between(velocity.after(passed_s), step).vector().cwiseAbs2();
   }
-  // Late odometry says "no turn" where one begins.
-  const PredictionError& error = state_.odometry_error;
-  covariance.diagonal() =
-      covariance.diagonal().cwiseMax(Eigen::Vector3d(0.5 * error.m2, 0.5 * error.m2, error.rad2));
-  return MotionGuess{step, covariance, MotionGuess::Source::odometry};
+  return guess;
 }
 
 std::optional<MotionGuess> MotionModel::from_gyro(const MotionInput& now) const {
@@ -89,8 +73,9 @@ std::optional<MotionGuess> MotionModel::from_gyro(const MotionInput& now) const 
   MotionGuess guess;
   guess.before_from_now.theta_rad =
       normalize_angle(*now.gyro_heading_rad - *before.gyro_heading_rad);
-  guess.covariance(2, 2) = std::max(square(deg_to_rad(0.1 + options_.gyro_sigma_deg_per_s * dt_s)),
-                                    state_.gyro_error.rad2);
+  guess.drift(2, 2) = square(deg_to_rad(options_.gyro_sigma_deg_per_s * dt_s));
+  guess.jitter(2, 2) = std::max(square(deg_to_rad(kGyroJitterDeg)), state_.gyro_error.rad2);
+  guess.turn_by_gyro = true;
   return guess;
 }
 
@@ -137,31 +122,10 @@ MotionGuess MotionModel::guess(const MotionInput& now, bool will_match) const {
   }
   const auto gyro = from_gyro(now);
   if (gyro && state_.explained_by_gyro.explains_rotation() &&
-      state_.gyro_error.rad2 <= error_rad2 && gyro->covariance(2, 2) < guess.covariance(2, 2)) {
+      state_.gyro_error.rad2 <= error_rad2 && gyro->covariance()(2, 2) < guess.covariance()(2, 2)) {
     take_rotation(*gyro, guess);
   }
   return guess;
-}
-
-std::optional<MotionGuess> MotionModel::odometry_left_behind(const MotionInput& now,
-                                                             const Pose2& before_from_now) const {
-  if (!state_.step_start || !state_.step_start->odom_from_robot || !now.odom_from_robot) {
-    return std::nullopt;
-  }
-  const Pose2 way = between(*state_.step_start->odom_from_robot, *now.odom_from_robot);
-  const Eigen::Matrix3d covariance = covariance_of_odometry(way);
-  const Pose2 found = state_.start_from_now * before_from_now;
-  const Eigen::Vector2d off_m = way.translation_m() - found.translation_m();
-  const Eigen::Matrix2d variance = covariance.topLeftCorner<2, 2>();
-  if (off_m.dot(variance.inverse() * off_m) < match_gates::kContradiction) return std::nullopt;
-  // Wheels that slip turn the odometry too, and a match knows its heading well.
-  const double off_rad = normalize_angle(way.theta_rad - found.theta_rad);
-  if (std::abs(off_rad) > match_gates::kSlipSigmas * std::sqrt(covariance(2, 2))) {
-    return std::nullopt;
-  }
-  return MotionGuess{state_.start_from_now.inverse() * way,
-                     rotated(covariance, -state_.start_from_now.theta_rad),
-                     MotionGuess::Source::odometry};
 }
 
 bool MotionModel::trusts_odometry() const {
@@ -233,7 +197,7 @@ void MotionModel::judge_predictions(const MotionInput& now,
                                     double sigma_m) {
   const auto judge = [&](PredictionError& error, const MotionGuess& guess) {
     // Along a bare corridor the match is the guess, or slides.
-    const bool surer = sigma_m < position_sigma_m(guess.covariance);
+    const bool surer = sigma_m < std::max(kMoveSigmaM, position_sigma_m(guess.covariance()));
     error.update(difference(before_from_now, guess.before_from_now), surer);
   };
   judge(state_.reckoning_error, guess_by_velocity(now));
@@ -260,7 +224,6 @@ void MotionModel::judge_sensors(const MotionInput& now,
     const Pose2 measured = between(*start.odom_from_robot, *now.odom_from_robot);
     const double step_sigma_m = std::hypot(sigma_m, state_.step_start_sigma_m);
     state_.explained_by_odometry.update(found, measured, step_sigma_m);
-    state_.odometry_noise.update(found, measured, step_sigma_m, options_.sigma_per_m);
   }
   if (start.gyro_heading_rad && now.gyro_heading_rad) {
     Pose2 measured = found;

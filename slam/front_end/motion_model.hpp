@@ -6,6 +6,7 @@
 #include "common/input/synchronized_scan.hpp"
 #include "slam/front_end/dead_reckoning.hpp"
 #include "slam/front_end/motion_guess.hpp"
+#include "slam/front_end/odometry_errors.hpp"
 #include "slam/front_end/prediction_record.hpp"
 
 namespace marco::slam {
@@ -43,7 +44,8 @@ struct MotionState {
     v("gyro_error", gyro_error);
     v("reckoning_error", reckoning_error);
     v("odometry_has_moved", odometry_has_moved);
-    v("odometry_noise", odometry_noise);
+    v.template before<Eigen::Vector3d>(kDriftLayout, "odometry_noise");
+    v.since(kDriftLayout, "learned_odometry_noise", odometry_noise);
     v("step_start", step_start);
     v("start_from_now", start_from_now);
     v("step_start_sigma_m", step_start_sigma_m);
@@ -64,11 +66,8 @@ class MotionModel {
   /// The same by dead reckoning alone: the constant-velocity prediction.
   MotionGuess guess_by_velocity(const MotionInput& now) const;
 
-  /// The move that odometry over up to the last second asks for, where `before_from_now` and the
-  /// moves before it differ from it by more than its noise; else nothing. Judged one step at a time
-  /// matches could fall behind for ever: a stamp's jitter allows for a centimetre at each.
-  std::optional<MotionGuess> odometry_left_behind(const MotionInput& now,
-                                                  const Pose2& before_from_now) const;
+  /// As it was learned; DriftFilter teaches it.
+  OdometryNoise& odometry_noise() { return state_.odometry_noise; }
 
   /// Whether odometry says that the robot has not moved, and recent scans agree, as far as they can
   /// tell. @param information  of this scan's match
@@ -103,8 +102,6 @@ class MotionModel {
   void restore(const MotionState& state);
 
  private:
-  /// Of a motion by odometry, in the frame where it begins.
-  Eigen::Matrix3d covariance_of_odometry(const Pose2& way) const;
   /// By odometry, since the scan before.
   bool has_stood_still(const MotionInput& now) const;
   /// Kalman update of the predicted move by the one found, which may be known less well: along a

@@ -12,7 +12,7 @@ constexpr double kForgottenM = 5.0, kForgottenRad = 6.0;
 constexpr double kBelievedM = 0.2, kBelievedRad = 0.2;
 constexpr double kEnough = 0.5;
 
-// So much surer than a step, or than odometry is assumed to be, a match is to judge it.
+// So much surer than a step a match is to judge it.
 constexpr double kMuchSurer = 0.25;
 
 // An outlier counts for no more than a sensor that reports no motion. Otherwise a single jump of
@@ -53,27 +53,6 @@ bool ExplainedMotion::explains_translation() const {
 
 bool ExplainedMotion::explains_rotation() const {
   return missed_rad2 <= (1.0 - kEnough) * (found_rad2 + kBelievedRad * kBelievedRad);
-}
-
-void OdometryNoise::update(const Pose2& found,
-                           const Pose2& measured,
-                           double sigma_m,
-                           double assumed_per_m) {
-  const double step_m2 = found.translation_m().squaredNorm();
-  if (!(sigma_m < kMuchSurer * assumed_per_m * std::sqrt(step_m2))) return;
-  constexpr double kKept = 1.0 - 1.0 / 200.0;  // of the past, each step: the last 200
-  const Eigen::Vector2d off_m = found.translation_m() - measured.translation_m();
-  const double ahead_m = off_m.dot(found.translation_m()) / std::sqrt(step_m2);
-  steps = kKept * steps + 1.0;
-  off2 = kKept * off2 + 0.5 * off_m.squaredNorm() / step_m2;
-  off_ahead2 = kKept * off_ahead2 + ahead_m * ahead_m / step_m2;
-}
-
-double OdometryNoise::learned_per_m(double errors2, double assumed_per_m) const {
-  constexpr double kAssumedSteps = 10.0;  // that what is assumed counts as, while few were seen
-  const double learned = std::sqrt((assumed_per_m * assumed_per_m * kAssumedSteps + errors2) /
-                                   (kAssumedSteps + steps));
-  return std::min(learned, assumed_per_m);
 }
 
 }  // namespace marco::slam

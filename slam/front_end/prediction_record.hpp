@@ -47,32 +47,4 @@ struct ExplainedMotion {
   }
 };
 
-/// The error of odometry's way per metre, learned from steps of about a second that scan matching
-/// knows much better: a maximum a posteriori estimate, with ten steps of odometry as it is assumed
-/// to be at first.
-struct OdometryNoise {
-  double steps = 0.0;       ///< those that are remembered
-  double off2 = 0.0;        ///< sum of their squared errors per metre, along one axis
-  double off_ahead2 = 0.0;  ///< along the way: a heading that is counted wrong hardly enters
-
-  /// Takes note of a step. @param sigma_m  of `found`, along its least known direction
-  void update(const Pose2& found, const Pose2& measured, double sigma_m, double assumed_per_m);
-  /// Standard deviation along one axis, per metre driven: never more than assumed.
-  double sigma_per_m(double assumed_per_m) const { return learned_per_m(off2, assumed_per_m); }
-  /// Along the way; of a skid-steered robot much less than along any axis.
-  double ahead_per_m(double assumed_per_m) const {
-    return learned_per_m(off_ahead2, assumed_per_m);
-  }
-
-  template <class Visitor>
-  void visit(Visitor& v) {
-    v("steps", steps);
-    v("off2", off2);
-    v("off_ahead2", off_ahead2);
-  }
-
- private:
-  double learned_per_m(double errors2, double assumed_per_m) const;
-};
-
 }  // namespace marco::slam

@@ -16,10 +16,15 @@ SearchWindow window_of(const PosePrior& prior) {
           std::clamp(kSigmas * sigma_rad, deg_to_rad(kNarrowestDeg), deg_to_rad(kWidestDeg))};
 }
 
+bool contradicts(const ScanMatch& match, const PosePrior& prior) {
+  const Eigen::Vector3d off = difference(match.world_from_robot, prior.map_from_robot);
+  return squared_mahalanobis_distance(off, prior.information) > kContradiction;
+}
+
 }  // namespace
 
-bool proves_lie(double overlap_there, double overlap_by_odometry, double independent_points) {
-  const auto variance = [&](double part) { return part * (1.0 - part) / independent_points; };
+bool proves_lie(double overlap_there, double overlap_by_odometry, double points) {
+  const auto variance = [&](double part) { return part * (1.0 - part) / points; };
   const double sigma = std::sqrt(variance(overlap_there) + variance(overlap_by_odometry));
   return overlap_there - overlap_by_odometry > std::max(kProvesLie, kNoChanceSigmas * sigma);
 }
@@ -49,13 +54,18 @@ ScanMatch ScanMatcher::match(const OrientedPoints& points,
                              LocalMap& map,
                              Search search) const {
   if (points.points.cols() < gates_.min_points) return match_few(points, prior, map);
-  ScanMatch near = match_near(points, prior, source, map);
+  ScanMatch near = match_again(points, prior.map_from_robot, prior, map);
+  if (source == MotionGuess::Source::odometry &&
+      (near.overlap < gates_.sure_overlap || contradicts(near, prior))) {
+    near = or_freely(near, points, prior, map);
+  }
   if (near.overlap >= gates_.good_overlap && source == MotionGuess::Source::odometry) return near;
   const LikelihoodPyramid& likelihood = map.likelihood(keyframes);
   ScanMatch wide = match_widely(points, window_of(prior), prior, likelihood, map);
   if (wide.usable && wide.overlap > near.overlap + kClearlyBetter) return wide;
   if (near.usable || search == Search::prior_window) return near;
-  const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
+  PosePrior weak = prior;
+  weak.information *= kDoubtedPrior;
   const SearchWindow widest{prior.map_from_robot, kWidestM, deg_to_rad(kWidestDeg)};
   ScanMatch alone = match_widely(points, widest, weak, likelihood, map);
   if (alone.usable && alone.overlap >= gates_.good_overlap) return alone;
@@ -76,7 +86,7 @@ ScanMatch ScanMatcher::match_few(const OrientedPoints& points,
   if (spread2 > kOneObjectM * kOneObjectM) {
     return match_again(points, prior.map_from_robot, prior, map);
   }
-  PosePrior held = prior;
+  PosePrior held{prior.map_from_robot, prior.information};
   held.information(2, 2) += 1.0 / (kHeldRad * kHeldRad);
   ScanMatch match = match_again(points, prior.map_from_robot, held, map);
   match.information.row(2).setZero();
@@ -84,28 +94,26 @@ ScanMatch ScanMatcher::match_few(const OrientedPoints& points,
   return match;
 }
 
-ScanMatch ScanMatcher::match_near(const OrientedPoints& points,
-                                  const PosePrior& prior,
-                                  MotionGuess::Source source,
-                                  const LocalMap& map) const {
-  const SurfelMatch fine = fine_.match(map.surfels(), points, prior.map_from_robot, &prior);
-  if (fine.overlap >= gates_.sure_overlap || source != MotionGuess::Source::odometry) {
-    return judged(fine);
-  }
-  // Wheels may have slipped: the scan alone, hardly held by odometry.
-  const PosePrior weak{prior.map_from_robot, kDoubtedPrior * prior.information};
-  const SurfelMatch free = fine_.match(map.surfels(), points, prior.map_from_robot, &weak);
-  const Eigen::Vector3d denied = difference(free.map_from_robot, prior.map_from_robot);
-  const bool contradicts = free.overlap > fine.overlap + kProvesLie &&
-                           squared_mahalanobis_distance(denied, prior.information) > kContradiction;
-  if (!contradicts) return judged(fine);
-  // The returns from one person who walks along are not independent.
-  const double independent_points =
+ScanMatch ScanMatcher::or_freely(const ScanMatch& near,
+                                 const OrientedPoints& points,
+                                 const PosePrior& prior,
+                                 const LocalMap& map) const {
+  PosePrior weak = prior;
+  weak.information *= kDoubtedPrior;
+  const ScanMatch start = match_again(points, prior.map_from_robot, weak, map);
+  const ScanMatch free =
+      judged(fine_.refined(map.surfels(), points, start.world_from_robot, prior));
+  return free.usable && cost(free, points, prior) < cost(near, points, prior) ? free : near;
+}
+
+double ScanMatcher::cost(const ScanMatch& match,
+                         const OrientedPoints& points,
+                         const PosePrior& prior) const {
+  const double sigma_m = std::max(fine_.options().noise_floor_m, points.range_sigma_m);
+  const double independent =
       static_cast<double>(points.points.cols()) / fine_.options().correlated_points;
-  if (proves_lie(free.overlap, fine.overlap, independent_points)) return judged(free);
-  ScanMatch kept = judged(fine);
-  kept.rival_shift_m = free.map_from_robot.translation_m() - fine.map_from_robot.translation_m();
-  return kept;
+  return independent * match.misfit_m2 / (2.0 * sigma_m * sigma_m) +
+         prior.cost(difference(match.world_from_robot, prior.map_from_robot));
 }
 
 ScanMatch ScanMatcher::match_widely(const OrientedPoints& points,

@@ -14,19 +14,15 @@ struct ScanMatch {
   double overlap = 0.0;                                   ///< part of the points that lie on a wall
   bool usable = false;
   double misfit_m2 = 0.0;  ///< see SurfelMatch
-  /// From this pose, which odometry supports, to one that fits more of the scan, but not
-  /// significantly more. 0: there is none.
-  Eigen::Vector2d rival_shift_m = Eigen::Vector2d::Zero();
 };
 
 /// Whether a pose that contradicts odometry explains significantly more of a scan's points than the
 /// pose that agrees with it: by kProvesLie, and by more than sampling error. Three more of 26 beams
 /// are not significant.
-/// @param independent_points  fewer than the scan's where neighbouring returns may be correlated
-bool proves_lie(double overlap_there, double overlap_by_odometry, double independent_points);
+bool proves_lie(double overlap_there, double overlap_by_odometry, double points);
 
-/// Matches a scan against the local map: about the prediction; without odometry where that fits
-/// badly; by an exhaustive search where it still does; by a wider one that leaves odometry aside.
+/// Matches a scan against the local map: about the prediction; by an exhaustive search where that
+/// fits badly; by a wider one that leaves odometry aside.
 /// The rules are those of match_gates.hpp. Const: safe from several threads.
 class ScanMatcher {
  public:
@@ -60,10 +56,14 @@ class ScanMatcher {
   ScanMatch match_few(const OrientedPoints& points,
                       const PosePrior& prior,
                       const LocalMap& map) const;
-  ScanMatch match_near(const OrientedPoints& points,
-                       const PosePrior& prior,
-                       MotionGuess::Source source,
-                       const LocalMap& map) const;
+  /// Where the scan lies when the prediction is only its start: wheels may have slipped. Taken if
+  /// it is the more probable of both.
+  ScanMatch or_freely(const ScanMatch& near,
+                      const OrientedPoints& points,
+                      const PosePrior& prior,
+                      const LocalMap& map) const;
+  /// Negative logarithm of the posterior of a match, but for a constant.
+  double cost(const ScanMatch& match, const OrientedPoints& points, const PosePrior& prior) const;
   ScanMatch match_widely(const OrientedPoints& points,
                          const SearchWindow& window,
                          const PosePrior& prior,

@@ -63,7 +63,8 @@ MatchedScan Straightening::again(const MatchedScan& scan,
   result.points = orient(result.scan.hits_in_robot, result.scan.sensor_in_robot, with_.normals,
                          scan.points.range_sigma_m);
   const Pose2 middle_from_first = first_from_middle(result.scan).inverse();
-  const PosePrior prior{predicted_middle_ * middle_from_first, prior_.information};
+  PosePrior prior = prior_;
+  prior.map_from_robot = predicted_middle_ * middle_from_first;
   result.match = with_.matcher.match_again(result.points, world_from_middle * middle_from_first,
                                            prior, with_.map);
   return result;

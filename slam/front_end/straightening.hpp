@@ -17,9 +17,6 @@ struct MatchedScan {
   /// How badly it fits (see ScanMatch), and would with each of the rival times of its beams; empty
   /// unless the robot turns fast enough to tell.
   std::vector<double> misfits_m2;
-  /// Covariance of the pose, world frame, added to the match's: two places match alike. Mostly
-  /// zero.
-  Eigen::Matrix3d doubt = Eigen::Matrix3d::Zero();
 };
 
 /// Straightens a scan by the motion that its own match shows. It was deskewed by a predicted

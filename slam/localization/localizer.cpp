@@ -55,7 +55,7 @@ void ScanOdometry::begin(const Pose2& session_from_robot) {
 void ScanOdometry::reset() { session_ = Slam(options_); }
 
 ScanOdometry::Move ScanOdometry::move(const SlamInput& input, const MotionGuess& guess) {
-  Move move{guess.before_from_now, guess.covariance};
+  Move move{guess.before_from_now, guess.covariance()};
   const bool is_first = session_.key_count() == 0;
   const Pose2 before = session_from_robot_;
   const SlamUpdate own = session_.process(input);

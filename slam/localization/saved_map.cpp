@@ -6,7 +6,8 @@ namespace marco::slam {
 namespace {
 
 constexpr std::string_view kName = "MARCOMAP";
-constexpr uint32_t kVersion = 12;
+// A map of each version since the oldest is read; its number is the layout of SlamState.
+constexpr uint32_t kOldest = 12, kVersion = kDriftLayout;
 
 }  // namespace
 
@@ -18,7 +19,8 @@ std::string encode_saved_map(const SavedMap& map) {
 }
 
 SavedMap decode_saved_map(std::string_view bytes) {
-  ByteReader reader(unseal(kName, kVersion, bytes));
+  const Unsealed file = unseal(kName, kOldest, kVersion, bytes);
+  ByteReader reader(file.payload, file.version);
   SavedMap map;
   archive(reader, map);
   require(reader.left() == 0, "has bytes left over");

@@ -15,23 +15,22 @@ int LocalMap::first_of(const KeyframeSet& keyframes) const {
   return std::max(0, beyond) / step * step;
 }
 
-void LocalMap::extend(const KeyframeSet& keyframes) {
+double LocalMap::extend(const KeyframeSet& keyframes) {
   likelihood_.reset();
   if (!surfels_ || first_of(keyframes) != first_) {
-    rebuild(keyframes);
-  } else {
-    const Keyframe& newest = keyframes.keys.back();
-    surfels_->add(newest.points_in_robot, newest.world_from_robot);
+    return rebuild(keyframes);
   }
+  const Keyframe& newest = keyframes.keys.back();
+  return surfels_->add(newest.points_in_robot, newest.world_from_robot);
 }
 
-void LocalMap::rebuild(const KeyframeSet& keyframes) {
+double LocalMap::rebuild(const KeyframeSet& keyframes) {
   // In the middle of what the map will cover, whenever it is made.
   const int first_key = std::max(0, first_of(keyframes) - keyframes.merged);
   const int middle = std::min(static_cast<int>(keyframes.keys.size()) - 1,
                               first_key + options_.window_keyframes - 1);
-  fill(keyframes,
-       keyframes.keys[static_cast<std::size_t>(middle)].world_from_robot.translation_m());
+  return fill(keyframes,
+              keyframes.keys[static_cast<std::size_t>(middle)].world_from_robot.translation_m());
 }
 
 void LocalMap::restore(const KeyframeSet& keyframes, const Eigen::Vector2d& centre_m) {
@@ -40,15 +39,18 @@ void LocalMap::restore(const KeyframeSet& keyframes, const Eigen::Vector2d& cent
   if (!keyframes.keys.empty()) fill(keyframes, centre_m);
 }
 
-void LocalMap::fill(const KeyframeSet& keyframes, const Eigen::Vector2d& centre_m) {
+double LocalMap::fill(const KeyframeSet& keyframes, const Eigen::Vector2d& centre_m) {
   likelihood_.reset();
   first_ = first_of(keyframes);
   if (!surfels_) surfels_.emplace(surfel_options_, centre_m);
   surfels_->restart(centre_m);
   const auto first_key = static_cast<std::size_t>(std::max(0, first_ - keyframes.merged));
+  double of_before = 0.0;
   for (std::size_t key = first_key; key < keyframes.keys.size(); ++key) {
-    surfels_->add(keyframes.keys[key].points_in_robot, keyframes.keys[key].world_from_robot);
+    of_before =
+        surfels_->add(keyframes.keys[key].points_in_robot, keyframes.keys[key].world_from_robot);
   }
+  return of_before;
 }
 
 const LikelihoodPyramid& LocalMap::likelihood(const KeyframeSet& keyframes) {

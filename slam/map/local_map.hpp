@@ -29,9 +29,10 @@ class LocalMap {
 
   bool empty() const { return !surfels_; }
   /// Adds the newest keyframe; rebuilds where the window is full.
-  void extend(const KeyframeSet& keyframes);
+  /// @returns see SurfelMap::add()
+  double extend(const KeyframeSet& keyframes);
   /// After keyframes have moved. @param keyframes  at least one
-  void rebuild(const KeyframeSet& keyframes);
+  double rebuild(const KeyframeSet& keyframes);
   /// As a saved one was. @param centre_m  its centre_m()
   void restore(const KeyframeSet& keyframes, const Eigen::Vector2d& centre_m);
   /// After a keyframe was merged.
@@ -47,7 +48,7 @@ class LocalMap {
  private:
   /// The first keyframe of the window, counted in all ever made.
   int first_of(const KeyframeSet& keyframes) const;
-  void fill(const KeyframeSet& keyframes, const Eigen::Vector2d& centre_m);
+  double fill(const KeyframeSet& keyframes, const Eigen::Vector2d& centre_m);
 
   LocalMapOptions options_;
   SurfelMatcherOptions surfel_options_;

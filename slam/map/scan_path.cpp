@@ -26,6 +26,7 @@ Pose2 world_from_key(const ScanPose& scan, const std::vector<Keyframe>& keys) {
 
 // Of one scan, in the world.
 struct Correction {
+  Pose2 from;  // where its prediction began
   Pose2 predicted;
   Pose2 found;
 };
@@ -39,8 +40,8 @@ void spread(std::vector<ScanPose>& scans,
             std::size_t last,
             const WorldFrom& world_from,
             const Correction& correction) {
-  std::vector<Pose2> poses;
-  for (std::size_t i = first - 1; i < last; ++i) {
+  std::vector<Pose2> poses{correction.from};
+  for (std::size_t i = first; i < last; ++i) {
     poses.push_back(world_from(scans[i]) * scans[i].key_from_robot);
   }
   poses.push_back(correction.predicted);
@@ -144,7 +145,8 @@ void ScanPath::add_scan(const StampedPose2& scan,
   if (is_worth_keeping(pose)) state_.scans.push_back(pose);
 }
 
-void ScanPath::spread_correction(const Pose2& predicted,
+void ScanPath::spread_correction(const Pose2& from,
+                                 const Pose2& predicted,
                                  const Pose2& world_from_robot,
                                  const std::vector<Keyframe>& keys) {
   std::vector<ScanPose>& scans = state_.scans;
@@ -152,7 +154,7 @@ void ScanPath::spread_correction(const Pose2& predicted,
   while (first > 0 && scans[first - 1].predicted) --first;
   if (first == 0) return;  // nothing was matched before them
   const auto world_from = [&](const ScanPose& scan) { return world_from_key(scan, keys); };
-  spread(scans, first, scans.size(), world_from, {predicted, world_from_robot});
+  spread(scans, first, scans.size(), world_from, {from, predicted, world_from_robot});
 }
 
 void ScanPath::spread_moves(const std::vector<Keyframe>& keys,
@@ -173,7 +175,8 @@ void ScanPath::spread_moves(const std::vector<Keyframe>& keys,
     if (first == next) continue;
     const Pose2 was_after = world_from_key(after, keys) * after.key_from_robot;
     spread(scans, first, next, world_from,
-           {world_from(before) * between(key.world_from_robot, was_after),
+           {world_from(before) * scans[first - 1].key_from_robot,
+            world_from(before) * between(key.world_from_robot, was_after),
             world_from(after) * after.key_from_robot});
   }
 }

@@ -69,7 +69,9 @@ class ScanPath {
   /// Call when a scan was matched, before the keyframes move. The error of its prediction had grown
   /// over the predicted scans before it: each takes its share of the turn and of the shift, in
   /// proportion to the way, for a robot that stands does not err.
-  void spread_correction(const Pose2& predicted,
+  /// @param from  where the prediction began: near the scan that was matched before
+  void spread_correction(const Pose2& from,
+                         const Pose2& predicted,
                          const Pose2& world_from_robot,
                          const std::vector<Keyframe>& keys);
   /// Call before the keyframes move. Scans that were predicted between two keyframes take their

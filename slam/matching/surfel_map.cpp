@@ -40,7 +40,7 @@ SurfelMap::SurfelMap(const Eigen::Vector2d& centre_m, double half_width_m, doubl
   constexpr std::size_t kUsualBlocks = 128, kUsualCells = 1024;
   blocks_.reserve(kUsualBlocks);
   cells_.reserve(kUsualCells);
-  weights_.reserve(kUsualCells);
+  parts_.reserve(kUsualCells);
   restart(centre_m);
 }
 
@@ -50,25 +50,33 @@ void SurfelMap::restart(const Eigen::Vector2d& centre_m) {
   std::fill(table_.begin(), table_.end(), 0);
   blocks_.clear();
   cells_.clear();
-  weights_.clear();
+  parts_.clear();
+  scans_ = 0;
   blocks_.emplace_back().fill(0);
   Cell& nowhere = cells_.emplace_back();
   nowhere.mean_x_m.fill(kNowhereM);
   nowhere.mean_y_m.fill(kNowhereM);
   nowhere.normal_x.fill(0.0F);
   nowhere.normal_y.fill(0.0F);
-  weights_.emplace_back().fill(0.0F);
+  parts_.emplace_back();
 }
 
-void SurfelMap::add(const OrientedPoints& points, const Pose2& map_from_points) {
+double SurfelMap::add(const OrientedPoints& points, const Pose2& map_from_points) {
+  ++scans_;
+  double added = 0.0, of_before = 0.0;
   const Eigen::Matrix2d turn = map_from_points.rotation();
   const Eigen::Vector2d shift = map_from_points.translation_m() - centre_m_;
   for (Eigen::Index i = 0; i < points.points.cols(); ++i) {
     if (!points.has_normal(i)) continue;
     const Eigen::Vector2f point = (turn * points.points.col(i) + shift).cast<float>();
     if (!(point.cwiseAbs().maxCoeff() < half_width_m_)) continue;
-    add_point(point, (turn * points.normals.col(i)).cast<float>());
+    const Parts* parts = add_point(point, (turn * points.normals.col(i)).cast<float>());
+    if (parts == nullptr) continue;
+    const auto before = static_cast<double>(parts->before / parts->points);
+    added += 1.0;
+    of_before += before * before;
   }
+  return added > 0.0 ? of_before / added : 1.0;
 }
 
 SurfelMap::Block& SurfelMap::block_at(int x, int y) {
@@ -91,7 +99,7 @@ int32_t SurfelMap::cell_at(int x, int y) {
   if (cell != 0) return cell;
   cell = static_cast<int32_t>(cells_.size());
   cells_.push_back(cells_.front());
-  weights_.push_back(weights_.front());
+  parts_.push_back(parts_.front());
   block_at(block_x, block_y)[at(in_x, in_y)] = cell;
   // Cells of the first column or row also belong to the blocks before; x and y are at least 1.
   if (in_x == 0) block_at(block_x - 1, block_y)[at(kBlockCells, in_y)] = cell;
@@ -102,24 +110,28 @@ int32_t SurfelMap::cell_at(int x, int y) {
   return cell;
 }
 
-void SurfelMap::add_point(const Eigen::Vector2f& point_m, const Eigen::Vector2f& normal) {
+const SurfelMap::Parts* SurfelMap::add_point(const Eigen::Vector2f& point_m,
+                                             const Eigen::Vector2f& normal) {
   const int x = 1 + static_cast<int>((point_m.x() + half_width_m_) * inverse_cell_);
   const int y = 1 + static_cast<int>((point_m.y() + half_width_m_) * inverse_cell_);
   const auto index = static_cast<std::size_t>(cell_at(x, y));
   Cell& cell = cells_[index];
   for (std::size_t slot = 0; slot < kSlots; ++slot) {
-    float& weight = weights_[index][slot];
+    Parts& parts = parts_[index][slot];
+    const float weight = parts.points;
     float &nx = cell.normal_x[slot], &ny = cell.normal_y[slot];
+    if (weight > 0.0F && nx * normal.x() + ny * normal.y() <= kSameFacing) continue;
+    if (parts.newest_scan != scans_) parts.before = weight;
+    parts.newest_scan = scans_;
+    parts.points += 1.0F;
     if (weight == 0.0F) {
       cell.mean_x_m[slot] = point_m.x();
       cell.mean_y_m[slot] = point_m.y();
       nx = normal.x();
       ny = normal.y();
-      weight = 1.0F;
       ++count_;
-      return;
+      return &parts;
     }
-    if (nx * normal.x() + ny * normal.y() <= kSameFacing) continue;
     const float part = 1.0F / (weight + 1.0F);
     cell.mean_x_m[slot] += part * (point_m.x() - cell.mean_x_m[slot]);
     cell.mean_y_m[slot] += part * (point_m.y() - cell.mean_y_m[slot]);
@@ -127,9 +139,9 @@ void SurfelMap::add_point(const Eigen::Vector2f& point_m, const Eigen::Vector2f&
     const float inverse_length = 1.0F / std::sqrt(x_sum * x_sum + y_sum * y_sum);
     nx = x_sum * inverse_length;
     ny = y_sum * inverse_length;
-    weight += 1.0F;
-    return;
+    return &parts;
   }
+  return nullptr;
 }
 
 SurfelMap::Place SurfelMap::nearest(const Eigen::Vector2f& point_m,

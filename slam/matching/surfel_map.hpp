@@ -39,8 +39,11 @@ class SurfelMap {
   /// Clears the map and moves its centre; memory is kept.
   void restart(const Eigen::Vector2d& centre_m);
 
-  /// @param map_from_points  pose of the points' frame. Points without a normal are dropped.
-  void add(const OrientedPoints& points, const Pose2& map_from_points);
+  /// Adds a scan. @param map_from_points  pose of the points' frame. Points without a normal are
+  /// dropped.
+  /// @returns how far the surfels that the scan sees still lie where the scans before drew them:
+  /// the mean of their points' squared part. 0 of new ground.
+  double add(const OrientedPoints& points, const Pose2& map_from_points);
 
   /// The line through the surfel that find() returns.
   WallLine line_near(const Eigen::Vector2f& point_m, const Eigen::Vector2f& normal) const;
@@ -71,7 +74,15 @@ class SurfelMap {
   };
 
   Place nearest(const Eigen::Vector2f& point_m, const Eigen::Vector2f& normal) const;
-  void add_point(const Eigen::Vector2f& point_m, const Eigen::Vector2f& normal);
+  /// What a surfel is made of.
+  struct Parts {
+    float points = 0.0F;
+    float before = 0.0F;  // the newest scan
+    int32_t newest_scan = 0;
+  };
+
+  /// @returns the parts of the surfel that the point was added to; null where the cell is full
+  const Parts* add_point(const Eigen::Vector2f& point_m, const Eigen::Vector2f& normal);
   int32_t cell_at(int x, int y);
   Block& block_at(int x, int y);
 
@@ -84,7 +95,8 @@ class SurfelMap {
   std::vector<int32_t> table_;  // block of each place, 0 = the empty one
   std::vector<Block> blocks_;
   std::vector<Cell> cells_;
-  std::vector<std::array<float, kSlots>> weights_;  // points in each surfel of each cell
+  std::vector<std::array<Parts, kSlots>> parts_;  // of each surfel of each cell
+  int32_t scans_ = 0;
 };
 
 }  // namespace marco::slam

@@ -111,8 +111,10 @@ struct SurfelMatcher::Level {
     Eigen::Vector3d right = sums.right();
     if (prior != nullptr) {
       const double scale = sigma_m * sigma_m;
-      matrix += scale * prior->information;
-      right += scale * (prior->information * off_prior(pose));
+      const Eigen::Vector3d off = off_prior(pose);
+      const Eigen::Matrix3d information = scale * prior->weight(off) * prior->information;
+      matrix += information;
+      right += information * off;
     }
     // An unobservable direction must not move, not even by the rounding of floats.
     matrix.diagonal() += lambda * matrix.diagonal();
@@ -124,10 +126,20 @@ struct SurfelMatcher::Level {
     const double matched = points.count() - sums.weights;
     const double unmatched = kUnmatchedCost * (points.count() - points.matched());
     if (prior == nullptr) return matched + unmatched;
-    const Eigen::Vector3d off = off_prior(pose);
-    return matched + unmatched + 0.5 * off.dot(prior->information * off);
+    return matched + unmatched + prior->cost(off_prior(pose));
   }
 };
+
+double PosePrior::weight(const Eigen::Vector3d& off) const {
+  if (freedom <= 0.0) return 1.0;
+  return (freedom + 3.0) / (freedom + off.dot(information * off));
+}
+
+double PosePrior::cost(const Eigen::Vector3d& off) const {
+  const double distance2 = off.dot(information * off);
+  if (freedom <= 0.0) return 0.5 * distance2;
+  return 0.5 * (freedom + 3.0) * std::log1p(distance2 / freedom);
+}
 
 SurfelPyramid::SurfelPyramid(const SurfelMatcherOptions& options, const Eigen::Vector2d& centre_m) {
   levels_.reserve(options.cells_m.size());
@@ -140,8 +152,10 @@ void SurfelPyramid::restart(const Eigen::Vector2d& centre_m) {
   for (SurfelMap& level : levels_) level.restart(centre_m);
 }
 
-void SurfelPyramid::add(const OrientedPoints& points, const Pose2& map_from_points) {
-  for (SurfelMap& level : levels_) level.add(points, map_from_points);
+double SurfelPyramid::add(const OrientedPoints& points, const Pose2& map_from_points) {
+  double of_before = 0.0;
+  for (SurfelMap& level : levels_) of_before = level.add(points, map_from_points);
+  return of_before;
 }
 
 SurfelMatcher::SurfelMatcher(const SurfelMatcherOptions& options) : options_(options) {
@@ -205,6 +219,22 @@ SurfelMatch SurfelMatcher::match(const SurfelPyramid& map,
                                  const Pose2& map_from_robot_guess,
                                  const PosePrior* prior,
                                  std::vector<PointFate>* fates) const {
+  return match_from(0, map, points_in_robot, map_from_robot_guess, prior, fates);
+}
+
+SurfelMatch SurfelMatcher::refined(const SurfelPyramid& map,
+                                   const OrientedPoints& points_in_robot,
+                                   const Pose2& map_from_robot,
+                                   const PosePrior& prior) const {
+  return match_from(map.levels().size() - 1, map, points_in_robot, map_from_robot, &prior, nullptr);
+}
+
+SurfelMatch SurfelMatcher::match_from(std::size_t first_level,
+                                      const SurfelPyramid& map,
+                                      const OrientedPoints& points_in_robot,
+                                      const Pose2& map_from_robot_guess,
+                                      const PosePrior* prior,
+                                      std::vector<PointFate>* fates) const {
   SurfelMatch match;
   match.map_from_robot = map_from_robot_guess;
   if (fates != nullptr) fates->clear();
@@ -212,11 +242,12 @@ SurfelMatch SurfelMatcher::match(const SurfelPyramid& map,
   const Eigen::Vector2d centre_m = map.levels().front().centre_m();
   PosePrior seen_prior;
   if (prior != nullptr) {
-    seen_prior = {seen_from(centre_m, prior->map_from_robot), prior->information};
+    seen_prior = *prior;
+    seen_prior.map_from_robot = seen_from(centre_m, prior->map_from_robot);
   }
   match.map_from_robot = seen_from(centre_m, map_from_robot_guess);
   const std::size_t finest = map.levels().size() - 1;
-  for (std::size_t at = 0; at <= finest; ++at) {
+  for (std::size_t at = first_level; at <= finest; ++at) {
     const double sigma_m = kernel_sigma_m(at, points_in_robot.range_sigma_m);
     const double coarse_stop = options_.coarse_stop_sigmas * sigma_m;
     const bool last = at == finest;

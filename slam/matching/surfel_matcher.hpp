@@ -56,6 +56,14 @@ struct SurfelMatcherOptions {
 struct PosePrior {
   Pose2 map_from_robot;
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  ///< of (x, y, theta), map frame
+  /// Degrees of freedom of Student's t distribution, whose tails release a prediction that the
+  /// scan contradicts (as IRLS: Lange, Little & Taylor 1989); 0 = the normal distribution.
+  double freedom = 0.0;
+
+  /// Factor of the information at a pose that is off by (x, y, theta): the farther, the less.
+  double weight(const Eigen::Vector3d& off) const;
+  /// The negative logarithm of the likelihood there, but for a constant.
+  double cost(const Eigen::Vector3d& off) const;
 };
 
 struct SurfelMatch {
@@ -81,7 +89,8 @@ class SurfelPyramid {
   SurfelPyramid(const SurfelMatcherOptions& options, const Eigen::Vector2d& centre_m);
   /// Clears the map and moves its centre; memory is kept.
   void restart(const Eigen::Vector2d& centre_m);
-  void add(const OrientedPoints& points, const Pose2& map_from_points);
+  /// @returns see SurfelMap::add(), of the finest level
+  double add(const OrientedPoints& points, const Pose2& map_from_points);
   const std::vector<SurfelMap>& levels() const { return levels_; }
 
  private:
@@ -115,11 +124,23 @@ class SurfelMatcher {
                     const Pose2& map_from_robot_guess,
                     const PosePrior* prior,
                     std::vector<PointFate>* fates = nullptr) const;
+  /// From a pose on the walls: the finest level alone. On the coarser ones, whose
+  /// kernels are wide, a prior that contradicts the scan would win.
+  SurfelMatch refined(const SurfelPyramid& map,
+                      const OrientedPoints& points_in_robot,
+                      const Pose2& map_from_robot,
+                      const PosePrior& prior) const;
 
   const SurfelMatcherOptions& options() const { return options_; }
 
  private:
   struct Level;
+  SurfelMatch match_from(std::size_t first_level,
+                         const SurfelPyramid& map,
+                         const OrientedPoints& points_in_robot,
+                         const Pose2& map_from_robot_guess,
+                         const PosePrior* prior,
+                         std::vector<PointFate>* fates) const;
   double kernel_sigma_m(std::size_t level, double range_sigma_m) const;
   void run_level(const Level& level, Correspondences& points, SurfelMatch& match) const;
   bool judge(const Correspondences& points,

@@ -95,7 +95,8 @@ namespace marco::slam {
 namespace {
 
 constexpr std::string_view kName = "MARCOCHK";
-constexpr uint32_t kVersion = 15;
+// From the oldest on; a layout of SlamState for each.
+constexpr uint32_t kOldest = 15, kVersion = 16, kOldestLayout = 12;
 
 std::filesystem::path before(const std::filesystem::path& path) {
   return path.string() + ".before";
@@ -113,7 +114,8 @@ std::string encode_adapter_state(const AdapterState& state) {
 }
 
 AdapterState decode_adapter_state(std::string_view bytes) {
-  ByteReader reader(unseal(kName, kVersion, bytes));
+  const Unsealed file = unseal(kName, kOldest, kVersion, bytes);
+  ByteReader reader(file.payload, kOldestLayout + file.version - kOldest);
   AdapterState state;
   archive(reader, state);
   require(reader.left() == 0, "has bytes left over");

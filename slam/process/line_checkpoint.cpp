@@ -96,7 +96,8 @@ void archive(Archive& bytes, LineMapper::Stored& mapper) {
 namespace {
 
 constexpr std::string_view kLineCheckpointName = "MARCOLSL";
-constexpr uint32_t kLineCheckpointVersion = 7;
+// From the oldest on; a layout of SlamState for each.
+constexpr uint32_t kOldestLineCheckpoint = 7, kLineCheckpointVersion = 8, kOldestLayout = 12;
 
 template <class Archive>
 void archive_all(Archive& bytes, LineCheckpoint& checkpoint) {
@@ -117,7 +118,9 @@ std::vector<uint8_t> encode_checkpoint(const LineCheckpoint& checkpoint) {
 
 LineCheckpoint decode_checkpoint(const std::vector<uint8_t>& bytes) {
   const std::string_view view(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  ByteReader reader(unseal(kLineCheckpointName, kLineCheckpointVersion, view));
+  const Unsealed file =
+      unseal(kLineCheckpointName, kOldestLineCheckpoint, kLineCheckpointVersion, view);
+  ByteReader reader(file.payload, kOldestLayout + file.version - kOldestLineCheckpoint);
   LineCheckpoint checkpoint;
   archive_all(reader, checkpoint);
   require(reader.left() == 0, "has bytes left over");

@@ -188,6 +188,22 @@ TEST(SceneBuilder, ARobotSweepsASteepLaserByDriving) {
   EXPECT_TRUE(rows_of(-10.0).empty()) << "it sees walls, and maps";
 }
 
+// Each row is less than a step from the last one, on a path without noise.
+TEST(SceneBuilder, ARobotThatCreepsSweepsASteepLaserToo) {
+  SceneBuilder builder;
+  for (int i = 0; i < 200; ++i) {
+    SceneRow row = row_at(0.03 * i);
+    row.robot_from_sensor_first = row.robot_from_sensor_last =
+        make_pose3({0, 0, 0.5}, 0, deg_to_rad(-90));
+    row.world_from_robot = {0.008 * i, 0, 0};
+    ASSERT_FALSE(builder.add(row, 0, 0));
+  }
+  const auto scene = builder.finish();
+  ASSERT_TRUE(scene);
+  EXPECT_NEAR(scene->rows.back().world_from_robot.x_m - scene->rows.front().world_from_robot.x_m,
+              0.008 * 199, 0.02);
+}
+
 TEST(SceneBuilder, AJumpEndsTheSweepAndFewRowsAreNone) {
   std::vector<double> tilts = ramp(-20, 0, 21);
   const std::vector<double> few = ramp(30, 33, 4);

@@ -84,7 +84,7 @@ TEST(DeadReckoning, AfterAGapItKnowsNothing) {
   EXPECT_THAT(reckoning.guess(stamp(4.0)).before_from_now, IsNear(Pose2{0.1, 0, 0}, 1e-3, 1e-9));
   const MotionGuess late = reckoning.guess(stamp(9.0));
   EXPECT_EQ(late.source, MotionGuess::Source::nothing);
-  EXPECT_GT(late.covariance(0, 0), 1.0);
+  EXPECT_GT(late.covariance()(0, 0), 1.0);
 }
 
 // A scan every two seconds; after each second one, the next scan is missing.

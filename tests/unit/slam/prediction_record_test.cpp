@@ -61,40 +61,5 @@ TEST(ExplainedMotion, OneJumpDoesNotEndTrust) {
   EXPECT_FALSE(explained.explains_rotation());
 }
 
-double learned_per_m(double error_m, int steps, double sigma_m = kSureM) {
-  OdometryNoise noise;
-  for (int i = 0; i < steps; ++i) {
-    noise.update({1.0, 0, 0}, {1.0 + (i % 2 == 0 ? error_m : -error_m), 0, 0}, sigma_m,
-                 kAssumedPerM);
-  }
-  return noise.sigma_per_m(kAssumedPerM);
-}
-
-// Of an error along the way half is taken for one axis.
-TEST(OdometryNoise, IsLearnedFromWhatScansSay) {
-  EXPECT_DOUBLE_EQ(learned_per_m(0.08, 0), kAssumedPerM);
-  EXPECT_NEAR(learned_per_m(0.08, 1000), 0.08 * std::sqrt(0.5), 0.01);
-  EXPECT_DOUBLE_EQ(learned_per_m(1.0, 1000), kAssumedPerM) << "never more than assumed";
-  EXPECT_NEAR(learned_per_m(0.0, 1000), 0.03, 0.005) << "what was assumed still counts";
-}
-
-TEST(OdometryNoise, LearnsNothingFromMatchesThatKnowNoBetter) {
-  EXPECT_DOUBLE_EQ(learned_per_m(0.0, 1000, 0.05), kAssumedPerM);
-}
-
-// What is learned of a step does not depend on how long it is.
-TEST(OdometryNoise, IsLearnedOfASlowRobotToo) {
-  OdometryNoise slow;
-  for (int i = 0; i < 100; ++i) slow.update({0.2, 0, 0}, {0.2, 0, 0}, 0.002, kAssumedPerM);
-  EXPECT_LT(slow.ahead_per_m(kAssumedPerM), 0.06);
-}
-
-TEST(OdometryNoise, ForgetsAfterSomeHundredMetres) {
-  OdometryNoise noise;
-  for (int i = 0; i < 300; ++i) noise.update({1, 0, 0}, {1.2, 0, 0}, kSureM, kAssumedPerM);
-  for (int i = 0; i < 1500; ++i) noise.update({1, 0, 0}, {1, 0, 0}, kSureM, kAssumedPerM);
-  EXPECT_LT(noise.sigma_per_m(kAssumedPerM), 0.04);
-}
-
 }  // namespace
 }  // namespace marco::slam

@@ -130,15 +130,23 @@ TEST_F(SavedMapTest, DamagedForeignAndCutFilesAreRefusedAndSaidSo) {
   std::string flipped = bytes;
   flipped[bytes.size() / 2] = static_cast<char>(flipped[bytes.size() / 2] ^ 4);
   EXPECT_THAT(said(flipped), HasSubstr("is damaged"));
-  EXPECT_THAT(said(seal("MARCOMAP", 13, "")), HasSubstr("version 13"));
+  EXPECT_THAT(said(seal("MARCOMAP", 99, "")), HasSubstr("version 99"));
 }
 
-// Five scans of a room, half a metre apart, as the first program of version 12 wrote them: every
-// later program reads this file.
-TEST_F(SavedMapTest, AMapFileOfVersion12IsRead) {
-  std::ifstream file("tests/unit/slam/localization/map_version_12.marco", std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  const SavedMap map = decode_saved_map(bytes);
+std::string map_file(int version) {
+  std::ifstream file(
+      "tests/unit/slam/localization/map_version_" + std::to_string(version) + ".marco",
+      std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+// Five scans of a room, half a metre apart, as the first program of each version wrote them: every
+// later program reads these files.
+class MapFileOfVersion : public SavedMapTest, public ::testing::WithParamInterface<int> {};
+INSTANTIATE_TEST_SUITE_P(All, MapFileOfVersion, ::testing::Values(12, 13));
+
+TEST_P(MapFileOfVersion, IsRead) {
+  const SavedMap map = decode_saved_map(map_file(GetParam()));
   EXPECT_EQ(map.options, "a = 1");
   EXPECT_EQ(map.session_starts, std::vector<int64_t>{0});
   const SlamState& slam = map.slam;
@@ -155,7 +163,22 @@ TEST_F(SavedMapTest, AMapFileOfVersion12IsRead) {
   ASSERT_TRUE(slam.motion.before.has_value());
   EXPECT_EQ(slam.motion.before->utime.us, 800'000);
   EXPECT_THAT(slam.motion.before->odom_from_robot.value(), IsNear(Pose2{2, 0, 0}, 1e-12, 1e-12));
-  EXPECT_EQ(encode_saved_map(map), bytes) << "a new layout needs a new version, and this one read";
+}
+
+TEST_F(SavedMapTest, AMapFileOfTheNewestVersionIsWrittenAsItWasRead) {
+  const std::string bytes = map_file(13);
+  EXPECT_EQ(encode_saved_map(decode_saved_map(bytes)), bytes)
+      << "a new layout needs a new version, and this one read";
+}
+
+TEST_F(SavedMapTest, AMapOfVersion12StartsWithOdometryAsItIsAssumed) {
+  const SlamState slam = decode_saved_map(map_file(12)).slam;
+  EXPECT_EQ(slam.motion.odometry_noise.drift_per_m, OdometryNoise().drift_per_m);
+  EXPECT_FALSE(slam.drift);
+  Slam restored;
+  restored.restore(slam);
+  EXPECT_THAT(restored.state().drift.value().drifted.world_from_robot,
+              IsNear(slam.estimate.world_from_robot, 0.0, 0.0));
 }
 
 TEST_F(SavedMapTest, BytesThatLieUnderAGoodChecksumAreRefusedToo) {
@@ -164,7 +187,7 @@ TEST_F(SavedMapTest, BytesThatLieUnderAGoodChecksumAreRefusedToo) {
     slam.process(input);
   }
   const std::string sealed = encode_saved_map({"", {0}, slam.state()});
-  const std::string payload(unseal("MARCOMAP", 12, sealed));
+  const std::string payload(unseal("MARCOMAP", 13, sealed));
   std::mt19937 random(11);
   int refused = 0;
   for (int trial = 0; trial < 300; ++trial) {
@@ -174,7 +197,7 @@ TEST_F(SavedMapTest, BytesThatLieUnderAGoodChecksumAreRefusedToo) {
         trial < 200 ? static_cast<std::size_t>(trial) % 100 : random() % payload.size();
     lying[at] = static_cast<char>(random());
     if (trial % 3 == 0) lying.resize(random() % lying.size());
-    refused += complaint([&] { decode_saved_map(seal("MARCOMAP", 12, lying)); }).empty() ? 0 : 1;
+    refused += complaint([&] { decode_saved_map(seal("MARCOMAP", 13, lying)); }).empty() ? 0 : 1;
   }
   EXPECT_GT(refused, 150);
   SlamState state = slam.state();

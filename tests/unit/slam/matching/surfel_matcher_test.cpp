@@ -97,6 +97,39 @@ TEST(SurfelMatcher, APriorDecidesWhereTheScanIsSilent) {
   EXPECT_NEAR(match.map_from_robot.y_m, 0.1, 0.005);
 }
 
+// Odometry that is sure of a place 0.2 m off, against a box that is seen whole. The coarse levels,
+// which have few points and wide kernels, would go back to where odometry says.
+TEST(SurfelMatcher, RefinedFromWhereTheScanLiesItStaysThereAgainstAPriorThatIsOff) {
+  const testing::FlatWorld room = testing::small_room();
+  const SurfelPyramid map = map_of(room, {{0, 0, 0}});
+  const Pose2 truth{0.1, 0.05, 0.05};
+  const OrientedPoints points = oriented(room.hits(truth));
+  PosePrior prior;
+  prior.map_from_robot = truth * Pose2{0.2, 0, 0};
+  prior.information = Eigen::Vector3d(4e4, 4e4, 1e4).asDiagonal();
+  prior.freedom = 5.0;
+  const SurfelMatcher matcher;
+  const SurfelMatch refined = matcher.refined(map, points, truth, prior);
+  EXPECT_THAT(refined.map_from_robot, IsNear(truth, 0.01, 0.003));
+  EXPECT_GT(refined.overlap, 0.9);
+}
+
+TEST(PosePrior, LetsGoOfWhatContradictsIt) {
+  PosePrior normal, student;
+  normal.information = student.information = 100.0 * Eigen::Matrix3d::Identity();
+  student.freedom = 5.0;
+  const Eigen::Vector3d near(0.01, 0, 0), far(10.0, 0, 0);
+  EXPECT_EQ(normal.weight(far), 1.0);
+  EXPECT_NEAR(normal.cost(far), 5000.0, 1e-9);
+  EXPECT_NEAR(student.weight(near), 8.0 / 5.01, 1e-3);
+  EXPECT_NEAR(student.weight(far), 8.0 / 10005.0, 1e-9);
+  // The weight is the slope of the cost over that of a normal distribution's.
+  constexpr double kSmall = 1e-5;
+  const Eigen::Vector3d off(0.3, 0, 0), step(kSmall, 0, 0);
+  const double slope = (student.cost(off + step) - student.cost(off - step)) / (2.0 * kSmall);
+  EXPECT_NEAR(slope, student.weight(off) * 100.0 * off.x(), 1e-4);
+}
+
 TEST(SurfelMatcher, OutliersDoNotMoveTheMatch) {
   const testing::FlatWorld room = testing::small_room();
   const SurfelPyramid map = map_of(room, {{0, 0, 0}});
@@ -124,6 +157,23 @@ TEST(SurfelMatcher, RefusesAScheduleWithoutOneSigmaALevel) {
   SurfelMatcherOptions options;
   options.sigmas_m.pop_back();
   EXPECT_THROW(SurfelMatcher{options}, std::invalid_argument);
+}
+
+TEST(SurfelMap, SaysHowFarAScanFoundItsSurfelsDrawn) {
+  const testing::FlatWorld room = testing::small_room();
+  const OrientedPoints whole = oriented(room.hits({0, 0, 0}));
+  SurfelMap map({0, 0}, 40.0, 0.1);
+  EXPECT_EQ(map.add(whole, {}), 0.0) << "new ground";
+  // As many points again in each surfel: half of it is of before, its square a quarter, and more
+  // while a scan's points are still coming in.
+  const double second = map.add(whole, {});
+  EXPECT_GT(second, 0.25);
+  EXPECT_LT(second, 0.55);
+  double newest = second;
+  for (int scan = 2; scan < 20; ++scan) newest = map.add(whole, {});
+  EXPECT_GT(newest, 0.88) << "one of twenty moves the map little";
+  EXPECT_LT(newest, 0.99);
+  EXPECT_EQ(map.add(whole, Pose2{20, 0, 0}), 0.0) << "elsewhere it is new again";
 }
 
 TEST(SurfelMap, TheTwoFacesOfAThinWallStayApart) {

@@ -52,7 +52,7 @@ struct ScanCorrection {
 /// error of odometry against the local map, and its bias. A keyframe draws the map anew where the
 /// robot is, and with as much of it goes the error. A reading's jitter stays outside the state: a
 /// match that differs by it leaves the filter nearly where it is, so that odometry carries weight
-/// over many scans that each know little. Where only the last velocity predicts there is no jitter,
+/// over many scans that each know little. Predicted by velocity alone a scan has no jitter,
 /// and the filter follows each match. Not thread-safe.
 class DriftFilter {
  public:

@@ -21,9 +21,9 @@ constexpr double kLeastJitterM = 0.003, kLeastJitterDeg = 0.1;
 
 constexpr double kRadianAsM = 0.5;  // by which both wheels of a track of 1 m run
 
-// What is assumed counts as so many samples; and so many of the last keyframes and scans count.
+// Number of samples that the assumption counts as, and the most that are remembered.
 constexpr double kAssumedSamples = 5.0, kDriftSamples = 20.0, kJitterSamples = 30.0;
-// One slip must not decide: a sample counts as so many times the variance so far, at most.
+// One slip must not decide: the most that a sample may be, in variances.
 constexpr double kMostOfVariance = 10.0;
 constexpr double kShortestM = 0.05;  // over a shorter way its noise per metre means nothing
 

@@ -8,7 +8,7 @@
 namespace marco::slam {
 
 /// Layout of SlamState from which on it holds what is learned of odometry: that of maps saved as
-/// version 13. Each later layout has a name of its own beside the fields that it brought.
+/// version 13. Each later layout has a name of its own, next to the fields that it brought.
 inline constexpr uint32_t kDriftLayout = 13;
 
 /// What a scan says of one error of odometry: its mean, and the covariance that is left.
@@ -30,7 +30,7 @@ double motion_m(const Pose2& way);
 struct OdometryNoise {
   Eigen::Vector3d drift_per_m;  ///< ahead, to the left [m^2/m], heading [rad^2/m]
   double jitter_m2, jitter_rad2;
-  /// What was learned so far counts as so many samples: what is assumed as a few.
+  /// Number of samples that today's values count as; what is assumed counts as a few.
   double drift_samples, jitter_samples;
 
   /// As is assumed of wheels before scans have shown more.

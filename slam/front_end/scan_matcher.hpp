@@ -56,7 +56,7 @@ class ScanMatcher {
   ScanMatch match_few(const OrientedPoints& points,
                       const PosePrior& prior,
                       const LocalMap& map) const;
-  /// Where the scan lies when the prediction is only its start: wheels may have slipped. Taken if
+  /// Where the scan fits when the prediction is only its start: wheels may have slipped. Taken if
   /// it is the more probable of both.
   ScanMatch or_freely(const ScanMatch& near,
                       const OrientedPoints& points,

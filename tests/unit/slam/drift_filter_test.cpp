@@ -55,7 +55,7 @@ TEST(DriftFilter, ManyScansThatKnowLittleDoNotLeadExactWheelsAstray) {
   for (int i = 0; i < 600; ++i) {
     const Pose2 step{0.05, 0, 0};
     drive.truth = drive.truth * step;
-    // Matches err against the map, which lies where the filter drew it.
+    // Matches err against the map, which is where the filter drew it.
     const Pose2 seen =
         drive.filter.carried(by_odometry(step, drive.noise)).drifted.world_from_robot;
     drive.step(step,

@@ -49,7 +49,7 @@ struct ScanCorrection {
 };
 
 /// Where odometry carries the robot, as scans have corrected it: a Kalman filter whose state is the
-/// error of odometry against the local map, and its bias. A keyframe draws the map anew where the
+/// error of odometry against the local map, and its bias. A keyframe draws the map again where the
 /// robot is, and with as much of it goes the error. A reading's jitter stays outside the state: a
 /// match that differs by it leaves the filter nearly where it is, so that odometry carries weight
 /// over many scans that each know little. Predicted by velocity alone a scan has no jitter,

@@ -50,11 +50,11 @@ SlamUpdate Slam::process(const SlamInput& input) {
   }
   MatchedScan matched = matched_scan(input, predicted);
   const bool refused = refuse(matched.match, predicted);
-  move(matched, predicted);
+  const Eigen::Matrix3d edge_covariance = move(matched, predicted);
   SlamUpdate update;
   update.became_key = predicted.is_matched && !refused && becomes_keyframe(input);
   if (update.became_key) {
-    add_keyframe(input, matched.points);
+    add_keyframe(input, matched.points, edge_covariance);
     update.trajectory_changed = search_loops();
     cull_keyframes();
   }
@@ -127,17 +127,13 @@ bool Slam::refuse(ScanMatch& match, const Prediction& predicted) {
 }
 
 /// To where the match, the prediction and, of a robot that stands, the matches before say.
-void Slam::move(const MatchedScan& matched, const Prediction& predicted) {
+Eigen::Matrix3d Slam::move(const MatchedScan& matched, const Prediction& predicted) {
   const ScanMatch& match = matched.match;
   const Pose2 before = estimate_.world_from_robot;
   const Pose2 carried_from = drift_.state().drifted.world_from_robot;
   const PosePrior& prior = predicted.prior;
   const double weight =
       std::min(1.0, prior.weight(difference(match.world_from_robot, prior.map_from_robot)));
-  const Eigen::Matrix3d unknown = diagonal_covariance(kEdgeSigmaM, deg_to_rad(kEdgeSigmaDeg));
-  edge_covariance_ =
-      covariance_of(weight * prediction_information(predicted.carried.since_keyframe) +
-                    with_noise(match.information, unknown));
   const bool stands = motion_.stands_still(predicted.motion, match.information);
   const Eigen::Matrix3d predicted_information =
       weight * prediction_information(predicted.in_world.covariance);
@@ -158,6 +154,9 @@ void Slam::move(const MatchedScan& matched, const Prediction& predicted) {
   if (match.usable) {
     path_.spread_correction(carried_from, predicted.prior.map_from_robot, now, keyframes_.keys);
   }
+  const Eigen::Matrix3d unknown = diagonal_covariance(kEdgeSigmaM, deg_to_rad(kEdgeSigmaDeg));
+  return covariance_of(weight * prediction_information(predicted.carried.since_keyframe) +
+                       with_noise(match.information, unknown));
 }
 
 bool Slam::becomes_keyframe(const SlamInput& input) const {
@@ -205,7 +204,9 @@ PoseWithCovariance Slam::estimate_from(const ScanMatch& match,
       correction->covariance};
 }
 
-void Slam::add_keyframe(const SlamInput& input, const OrientedPoints& points) {
+void Slam::add_keyframe(const SlamInput& input,
+                        const OrientedPoints& points,
+                        const Eigen::Matrix3d& edge_covariance) {
   Keyframe key{input.scan.utime,           points,
                input.scan.sensor_in_robot, input.scan.sensor_heading_rad,
                estimate_.world_from_robot, 0.0};
@@ -214,8 +215,7 @@ void Slam::add_keyframe(const SlamInput& input, const OrientedPoints& points) {
     const Keyframe& before = keyframes_.keys.back();
     const Pose2 measured = between(before.world_from_robot, key.world_from_robot);
     key.path_m = before.path_m + measured.translation_m().norm();
-    const Eigen::Matrix3d covariance =
-        rotated(edge_covariance_, -before.world_from_robot.theta_rad);
+    const Eigen::Matrix3d covariance = rotated(edge_covariance, -before.world_from_robot.theta_rad);
     // The graph's error lives in the frame of the newer keyframe.
     back_end_.add_edge({node - 1, node, measured,
                         information_of(rotated(covariance, -measured.theta_rad)), false});

@@ -185,7 +185,8 @@ class Slam {
   Prediction predict(const SlamInput& input);
   MatchedScan matched_scan(const SlamInput& input, Prediction& predicted);
   bool refuse(ScanMatch& match, const Prediction& predicted);
-  void move(const MatchedScan& matched, const Prediction& predicted);
+  /// @returns the covariance of an edge of the graph from the newest keyframe, world axes
+  Eigen::Matrix3d move(const MatchedScan& matched, const Prediction& predicted);
   static PosePrior prior_of(const PoseWithCovariance& predicted);
   bool becomes_keyframe(const SlamInput& input) const;
   /// Oriented and matched as it is.
@@ -211,7 +212,9 @@ class Slam {
   PoseWithCovariance estimate_from(const ScanMatch& match,
                                    const Eigen::Matrix3d& information,
                                    bool stands);
-  void add_keyframe(const SlamInput& input, const OrientedPoints& points);
+  void add_keyframe(const SlamInput& input,
+                    const OrientedPoints& points,
+                    const Eigen::Matrix3d& edge_covariance);
   bool search_loops();
   bool add_edited_loops();
   /// A few keyframes whose loops were examined are merged into older ones.
@@ -226,8 +229,6 @@ class Slam {
   DriftFilter drift_;
   PoseWithCovariance estimate_;  ///< at the last scan that was matched, or carried without odometry
   UnknownScale scale_;           ///< there
-  /// Of the pose seen from the newest keyframe, world axes: what an edge of the graph is worth.
-  Eigen::Matrix3d edge_covariance_ = Eigen::Matrix3d::Zero();
   std::optional<ZeroVelocityUpdate> standing_;  ///< nothing while the robot moves
   bool covered_ = false;                        ///< the laser was, in the last scan with returns
   MatchGate gate_;

@@ -1,5 +1,6 @@
 #include <vector>
 
+#include "common/covariance.hpp"
 #include "lcm_tools/base/check.hpp"
 #include "slam/back_end/loop_closer.hpp"
 #include "slam/slam.hpp"
@@ -102,9 +103,11 @@ void Slam::join(const SlamState& session, const PoseGraphEdge& edge) {
   back_end_.add_edge({edge.from, edge.to + first_key, edge.from_from_to, edge.information, false});
   path_.append(session.path, first_key, world_from_session);
   culling_.skip_to(static_cast<int>(keys.size()));
-  estimate_ = {world_from_session * session.estimate.world_from_robot, session.estimate.covariance};
+  estimate_ = {world_from_session * session.estimate.world_from_robot,
+               rotated(session.estimate.covariance, world_from_session.theta_rad)};
   drift_.restore(session.drift.value_or(CarriedPose::at(session.estimate)));
   scale_ = session.scale;
+  scale_.turn(world_from_session.theta_rad);
   drift_.move_with_map(session.estimate.world_from_robot, estimate_.world_from_robot);
   motion_.restore(session.motion);
   standing_.reset();

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "common/covariance.hpp"
 #include "common/pose2.hpp"
@@ -26,6 +26,10 @@ struct UnknownScale {
   }
   /// By a match. @param left  of an error: the covariance after it, times the information before
   void correct(const Eigen::Matrix3d& left) { error = left * error; }
+  /// The map, and the robot with it, was turned.
+  void turn(double theta_rad) {
+    error.topRows<2>() = Eigen::Rotation2Dd(theta_rad) * error.topRows<2>();
+  }
   Eigen::Matrix3d covariance() const { return error * error.transpose(); }
 
   template <class Visitor>

@@ -41,8 +41,8 @@ class SurfelMap {
 
   /// Adds a scan. @param map_from_points  pose of the points' frame. Points without a normal are
   /// dropped.
-  /// @returns how far the surfels that the scan sees still lie where the scans before drew them:
-  /// the mean of their points' squared part. 0 of new ground.
+  /// @returns how much of the map the scans before have drawn, where this one sees it: the mean,
+  /// over its points, of the squared part that earlier points have in the surfel. 0 of new ground.
   double add(const OrientedPoints& points, const Pose2& map_from_points);
 
   /// The line through the surfel that find() returns.

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "common/covariance.hpp"
+#include "slam/front_end/unknown_scale.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace marco::slam {
@@ -158,6 +159,28 @@ TEST(DriftFilter, WheelsOfAnotherSizeAreLearnedAndServeWhereScansAreMissing) {
   const Pose2& carried = drive.filter.state().drifted.world_from_robot;
   EXPECT_LT(between(truth, carried).translation_m().norm(),
             0.25 * between(truth, blind).translation_m().norm());
+}
+
+TEST(UnknownScale, GrowsWithTheWayUntilAScanSeesItAndTurnsWithTheMap) {
+  UnknownScale scale;
+  for (int i = 0; i < 100; ++i) scale.carry({0.1 * i, 0, 0}, {0.1 * (i + 1), 0, 0});
+  EXPECT_NEAR(std::sqrt(scale.covariance()(0, 0)), 0.02 * 10.0, 1e-9);
+  EXPECT_NEAR(scale.covariance()(1, 1), 0.0, 1e-12);
+  scale.turn(deg_to_rad(90));
+  EXPECT_NEAR(std::sqrt(scale.covariance()(1, 1)), 0.02 * 10.0, 1e-9);
+  EXPECT_NEAR(scale.covariance()(0, 0), 0.0, 1e-12);
+  scale.correct(0.25 * Eigen::Matrix3d::Identity());
+  EXPECT_NEAR(std::sqrt(scale.covariance()(1, 1)), 0.25 * 0.02 * 10.0, 1e-9);
+}
+
+// A turn that odometry has missed carries the way after it aside.
+TEST(UnknownScale, OfATurnMovesTheWayAfterIt) {
+  UnknownScale scale;
+  scale.carry({0, 0, 0}, {0, 0, 1.0});
+  const Pose2 turned{0, 0, 1.0};
+  scale.carry(turned, turned * Pose2{5, 0, 0});
+  EXPECT_NEAR(std::sqrt(scale.covariance()(2, 2)), 0.02, 1e-9);
+  EXPECT_NEAR(std::hypot(scale.error(0, 1), scale.error(1, 1)), 0.02 * 5.0, 1e-9);
 }
 
 TEST(DriftFilter, MovesWithTheMap) {
